@@ -50,19 +50,13 @@ std::vector<std::string> readStarts(const Map& map, const std::vector<Configurat
   return names;
 }
 
-void checkArms(const Map& map, const planning::TrajectorySpec& spec, std::size_t arm_count) {
-  for (const auto& [key, arm] : {std::pair{"arm", spec.arm}, {"other_arm", spec.other_arm}}) {
-    if (static_cast<std::size_t>(arm) >= arm_count) {
-      map.fail(key, "found arm " + std::to_string(arm) + ", expected less than the robot's " +
-                        std::to_string(arm_count) + " arms (counted from 0)");
-    }
-  }
-}
-
 ExperimentTrajectory readRun(const Map& map, const Experiment& experiment, std::size_t arm_count) {
   ExperimentTrajectory run{readTrajectory(map, experiment.file.has_parent_path() ? experiment.file.parent_path() : "."),
                            readStarts(map, experiment.configurations)};
-  checkArms(map, run.spec, arm_count);
+  if (const std::string wrong = run.spec.wrongArms(static_cast<int>(arm_count)); !wrong.empty()) {
+    const bool known = static_cast<std::size_t>(run.spec.arm) < arm_count;
+    map.fail(map.has("tasks") ? "tasks" : known ? "other_arm" : "arm", wrong);
+  }
   for (const ExperimentTrajectory& earlier : experiment.trajectories) {
     if (earlier.spec.name != run.spec.name)
       continue;

@@ -81,8 +81,10 @@ Summary summarize(const hal::HardwareConfig& hardware) {
 Summary summarize(const planning::TrajectorySpec& spec) {
   return {"trajectory",
           "trajectory " + spec.name + ": " + shapeName(spec.shape) + " of arm " + std::to_string(spec.arm) + ", " +
-              count(static_cast<std::size_t>(spec.point_count), "point", "points") + ", relative position to arm " +
-              std::to_string(spec.other_arm) + " " + (spec.relative.empty() ? "held" : "moved"),
+              count(static_cast<std::size_t>(spec.point_count), "point", "points") +
+              (spec.hasRelative() ? ", relative position to arm " + std::to_string(spec.other_arm) + " " +
+                                        (spec.relative.empty() ? "held" : "moved")
+                                  : ""),
           {}};
 }
 

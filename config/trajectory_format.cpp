@@ -71,7 +71,11 @@ std::string formatTrajectory(const planning::TrajectorySpec& spec) {
   out << YAML::BeginMap << YAML::Key << "tandem" << YAML::Value << "trajectory/1";
   // Quoted: a name may look like a number.
   out << YAML::Key << "name" << YAML::Value << YAML::DoubleQuoted << spec.name;
-  out << YAML::Key << "arm" << YAML::Value << spec.arm << YAML::Key << "other_arm" << YAML::Value << spec.other_arm;
+  out << YAML::Key << "tasks" << YAML::Value << YAML::BeginSeq;
+  if (spec.hasRelative())
+    out << YAML::Flow << YAML::BeginMap << YAML::Key << "relative" << YAML::Value << YAML::Flow
+        << std::vector{spec.arm, spec.other_arm} << YAML::EndMap;
+  out << YAML::Flow << YAML::BeginMap << YAML::Key << "tip" << YAML::Value << spec.arm << YAML::EndMap << YAML::EndSeq;
   putShape(out, "shape", spec.shape);
   if (!spec.relative.empty())
     putShape(out, "relative", spec.relative.front());

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/detail/bind.h"
+#include "config/detail/loaders.h"
 #include "config/file_tables.h"
 #include "planning/trajectory.h"
 
@@ -88,7 +89,8 @@ const Mapping kShapeTable{"shape",
                           },
                           true};
 
-Field armField(const std::string& key, const std::string& description, int Spec::*arm) {
+template <class Owner, class Value>
+Field armField(const std::string& key, const std::string& description, Value Owner::*arm) {
   Words<int> words;
   for (const char first : {'a', '0'}) {
     for (int k = 0; k < safety::kMaxArms; ++k)
@@ -98,14 +100,30 @@ Field armField(const std::string& key, const std::string& description, int Spec:
       .orInteger();
 }
 
+const Mapping kTaskTable{"task",
+                         "Exactly one of these.",
+                         {
+                             armField("tip", "the tip that follows the shape", &TrajectoryTask::tip),
+                             armField("relative",
+                                      "the position of the first tip relative to the second, see the key `relative`",
+                                      &TrajectoryTask::relative)
+                                 .list(2, 2)
+                                 .unique(),
+                         },
+                         true};
+
 }  // namespace
 
 std::vector<Field> trajectoryFields() {
   using planning::Following;
   return {
       text("name", "name of the trajectory", &Spec::name).required(),
-      armField("arm", "the arm whose tip follows the shape", &Spec::arm),
-      armField("other_arm", "its partner in the relative position", &Spec::other_arm),
+      mapping("tasks", kTaskTable,
+              "what is tracked, highest priority first: `- tip: a` alone, or `- relative: [a, b]` and then `- tip: a`")
+          .list(1, 2)
+          .defaultNote("the relative position of arm and other_arm, then the tip of arm"),
+      armField("arm", "short form of tasks: the arm whose tip follows the shape", &Spec::arm),
+      armField("other_arm", "short form of tasks: its partner in the relative position", &Spec::other_arm),
       mapping("shape", kShapeTable, "shape of the path of the tip").required(),
       integer("points", "points after the start, evenly spaced by arc length", &Spec::point_count)
           .within(1, kMostPoints),
@@ -127,7 +145,7 @@ std::vector<Field> trajectoryFields() {
 const Mapping& trajectoryTable() {
   static const Mapping table = [] {
     Mapping trajectory{"trajectory",
-                       "A trajectory of one tip, with the relative position of two tips held or moved.",
+                       "A trajectory of one tip, alone or with the relative position of two tips held or moved.",
                        {kindField("trajectory")}};
     for (const Field& field : trajectoryFields())
       trajectory.fields.push_back(field);

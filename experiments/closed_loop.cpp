@@ -15,15 +15,14 @@ class Controller {
   Controller(const config::Robot& robot, const RobotModel& model, control::Method method, const LoopOptions& options)
       : options_(options), tracker_(make(robot, model, method, options)) {}
 
-  /// What planning judges the state with, as it does in its own process: tip, and tip less the other one's.
-  std::pair<Eigen::Vector3d, Eigen::Vector3d> see(const SimulatedRobot& plant, int arm, int other) {
+  /// What planning judges the state with, as it does in its own process.
+  planning::TrajectoryPoint see(const SimulatedRobot& plant, const planning::TrajectorySpec& spec) {
     if (!tracker_.computeTips(plant.position(), track_))
       throw std::runtime_error(std::string(kinematics::describe(track_.model)));
-    const auto tip = [&](int k) -> Eigen::Vector3d {
+    return planning::pointAt(spec, [&](int k) -> Eigen::Vector3d {
       const auto i = static_cast<std::size_t>(k);
       return sensor() ? plant.measuredTips().arm[i].position : track_.tip[i].pose.translation();
-    };
-    return {tip(arm), tip(arm) - tip(other)};
+    });
   }
 
   /// @return whether the arms shall move.
@@ -124,18 +123,18 @@ planning::Progress runLoop(const config::Robot& robot,
                            const std::function<void(const LoopView&)>& after) {
   if (options.feedback == planning::Feedback::kSensor && !options.plant.tracker.present)
     throw std::invalid_argument("feedback: sensor needs a tip tracker, plant.tracker");
+  if (const std::string wrong = plan.trajectory.wrongArms(model.armCount()); !wrong.empty())
+    throw std::invalid_argument("trajectory " + plan.trajectory.name + ": " + wrong);
   SimulatedRobot plant(robot, model, plan.start, options);
   Controller controller(robot, model, plan.key.method, options);
   planning::Follower follower(options.control_period);
-  const auto see = [&] { return controller.see(plant, plan.trajectory.arm, plan.trajectory.other_arm); };
-
-  auto [tip, relative] = see();
+  planning::TrajectoryPoint at = controller.see(plant, plan.trajectory);
   if (plan.points.empty())
-    follower.start(plan.trajectory, tip, relative, plan.postures);
+    follower.start(plan.trajectory, at.tip, at.relative, plan.postures);
   else
-    follower.startAt(plan.trajectory, tip, relative, plan.points, plan.postures);
+    follower.startAt(plan.trajectory, at.tip, at.relative, plan.points, plan.postures);
   StepData data;
-  while (follower.update(tip, relative, data.reference)) {
+  while (follower.update(at.tip, at.relative, data.reference)) {
     const std::uint64_t actions = plant.gateActions();
     const bool moving = controller.step(plant, data.reference);
     const control::Solution& solution = controller.solution();
@@ -151,7 +150,7 @@ planning::Progress runLoop(const config::Robot& robot,
     data.active_limits = static_cast<std::uint32_t>(solution.active_count);
     data.gate_actions = plant.gateActions() - actions;
     after({data, plant, follower.progress(), !moving});
-    std::tie(tip, relative) = see();
+    at = controller.see(plant, plan.trajectory);
   }
   return follower.progress();
 }

@@ -14,6 +14,7 @@ void addTo(ErrorStatistics& sum, const ErrorStatistics& add) {
   sum.deviation += add.deviation;
   sum.max += add.max;
   sum.mean += add.mean;
+  sum.count += add.count;
 }
 
 void divide(ErrorStatistics& sum, double by) {
@@ -85,7 +86,9 @@ std::string errors(const std::string& mean, double rms, double deviation, double
   return format("%6s %6.3f +- %5.3f [%5.3f]", mean.c_str(), 1e3 * rms, 1e3 * deviation, 1e3 * max);
 }
 
-std::string errors(const ErrorStatistics& e) { return errors(format("%.3f", 1e3 * e.mean), e.rms, e.deviation, e.max); }
+std::string errors(const ErrorStatistics& e) {
+  return e.count == 0 ? format("%6s", "-") : errors(format("%.3f", 1e3 * e.mean), e.rms, e.deviation, e.max);
+}
 
 /// One line of ours: a mean over runs, or one run.
 template <class Results>

@@ -46,6 +46,11 @@ CsvRow parseRow(int line, std::string_view text, int columns) {
   return row;
 }
 
+/// The tip that follows the shape: the last task of the reference.
+const planning::TaskReference& tipTask(const Row& row) {
+  return row.data.reference.tasks[static_cast<std::size_t>(row.data.reference.task_count - 1)];
+}
+
 }  // namespace
 
 std::string number(double value) {
@@ -94,11 +99,12 @@ void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& r
     out << row.data.point << ',' << row.data.iteration;
     for (double q : row.data.position)
       out << ',' << number(q);
-    for (double x : row.data.reference.tasks[1].position)
+    for (double x : tipTask(row).position)
       out << ',' << number(x);
-    out << ',' << number(row.error_ab) << ',' << number(row.error_a) << ',' << number(row.data.scale[0]) << ','
-        << number(row.data.scale[1]) << ',' << row.data.active_limits << ',' << row.data.solver_iterations << ','
-        << row.data.gate_actions;
+    const bool pair = row.data.reference.task_count > 1;
+    out << ',' << number(row.error_ab) << ',' << number(row.error_a) << ',' << number(pair ? row.data.scale[0] : 1.0)
+        << ',' << number(row.data.scale[pair ? 1 : 0]) << ',' << row.data.active_limits << ','
+        << row.data.solver_iterations << ',' << row.data.gate_actions;
     int joint = 0;
     for (const config::Arm& arm : robot.arms) {
       for (int i = 0; i < arm.jointCount(); ++i) {
@@ -107,7 +113,7 @@ void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& r
       }
       joint += arm.jointCount();
     }
-    for (double x : row.data.tip[static_cast<std::size_t>(row.data.reference.tasks[1].arm)])
+    for (double x : row.data.tip[static_cast<std::size_t>(tipTask(row).arm)])
       out << ',' << number(x);
     out << '\n';
   }

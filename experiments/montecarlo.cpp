@@ -71,11 +71,9 @@ void measureTracking(const std::vector<Row>& rows, bool whole, double threshold,
   const std::size_t steady = whole ? rows.size() - kSteady : rows.size();  // its first row
   std::vector<double> ab, a, steady_ab, steady_a;
   for (std::size_t i = 1; i < std::min(steady + 1, rows.size()); ++i) {
-    const planning::TaskReference &relative = rows[i].data.reference.tasks[0], &tip = rows[i].data.reference.tasks[1];
-    const Eigen::Vector3d at = rows[i - 1].data.tip[static_cast<std::size_t>(relative.arm)];
-    const Eigen::Vector3d other = rows[i - 1].data.tip[static_cast<std::size_t>(relative.other_arm)];
-    ab.push_back((relative.position - (at - other)).norm());
-    a.push_back((tip.position - at).norm());
+    const auto [error_ab, error_a] = errorsOf(rows[i].data.reference, rows[i - 1].data.tip);
+    ab.push_back(error_ab);
+    a.push_back(error_a);
     result.converged += ab.back() <= threshold && a.back() <= threshold ? 1 : 0;
   }
   for (std::size_t i = steady + kSettling; i < rows.size(); ++i) {

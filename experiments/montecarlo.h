@@ -150,6 +150,7 @@ struct MethodSummary {
   int feasible = 0, succeeded = 0;
   int infeasible = 0, reported = 0;    ///< reported: the run itself said that it did not converge, or was refused
   std::array<double, 3> iterations{};  ///< a point, 50th, 90th and 99th percentile of runs that succeeded
+  bool relative = false;               ///< the tasks have a relative position; else the numbers of ab are 0
   std::array<double, 3> ab{}, a{};     ///< RMS of a run's true errors, m, percentiles of all feasible ones
   int violations = 0;
   std::uint64_t gate_actions = 0;

@@ -21,8 +21,8 @@ std::array<double, 3> percentiles(std::vector<double> values) {
   return {at(0.5), at(0.9), at(0.99)};
 }
 
-std::string inMillimetres(const std::array<double, 3>& e) {
-  return format("%.3f %.3f %.3f", 1e3 * e[0], 1e3 * e[1], 1e3 * e[2]);
+std::string inMillimetres(const std::array<double, 3>& e, bool relative = true) {
+  return !relative ? "-" : format("%.3f %.3f %.3f", 1e3 * e[0], 1e3 * e[1], 1e3 * e[2]);
 }
 
 std::string tableHead() {
@@ -40,7 +40,7 @@ std::string tableLine(const MethodSummary& row) {
                 std::string(control::name(row.method)).c_str(),
                 (std::to_string(row.succeeded) + "/" + std::to_string(row.feasible)).c_str(), 100.0 * row.rate(),
                 format("%.2f %.2f", 100.0 * interval.lower, 100.0 * interval.upper).c_str(),
-                format("%.1f %.1f %.1f", n[0], n[1], n[2]).c_str(), inMillimetres(row.ab).c_str(),
+                format("%.1f %.1f %.1f", n[0], n[1], n[2]).c_str(), inMillimetres(row.ab, row.relative).c_str(),
                 inMillimetres(row.a).c_str(), row.violations, static_cast<unsigned long long>(row.gate_actions),
                 row.stability, (std::to_string(row.reported) + "/" + std::to_string(row.infeasible)).c_str(), row.snaps,
                 row.contacts);
@@ -53,8 +53,8 @@ std::string trackingHead() {
 
 std::string trackingLine(const MethodSummary& row) {
   return format("%-13s %-21s %-21s %-21s %-21s\n", std::string(control::name(row.method)).c_str(),
-                inMillimetres(row.max_ab).c_str(), inMillimetres(row.max_a).c_str(),
-                inMillimetres(row.steady_ab).c_str(), inMillimetres(row.steady_a).c_str());
+                inMillimetres(row.max_ab, row.relative).c_str(), inMillimetres(row.max_a).c_str(),
+                inMillimetres(row.steady_ab, row.relative).c_str(), inMillimetres(row.steady_a).c_str());
 }
 
 }  // namespace
@@ -93,6 +93,7 @@ std::vector<MethodSummary> summarise(const std::vector<TaskResult>& results) {
     all.a.push_back(r.a.rms);
     all.max_ab.push_back(r.ab.max);
     all.max_a.push_back(r.a.max);
+    row.relative = row.relative || r.ab.count > 0;
     all.steady_ab.push_back(r.steady_ab);
     all.steady_a.push_back(r.steady_a);
     row.contacts += r.contacts > 0 ? 1 : 0;

@@ -95,6 +95,7 @@ bool inside(const RobotModel& model, const safety::RobotVector& q) {
 
 /// The path, if it stays inside all limits and the plant follows it without a snap.
 bool follow(const RobotModel& model,
+            const planning::TrajectorySpec& spec,
             const safety::RobotVector& start,
             const Curve& curve,
             sim::PlantTips& tips,
@@ -120,8 +121,7 @@ bool follow(const RobotModel& model,
     }
     if (now != snaps)
       return false;
-    const Eigen::Vector3d a = tips.pose(0).translation(), b = tips.pose(1).translation();
-    path.at.push_back({a, a - b});
+    path.at.push_back(planning::pointAt(spec, [&](int arm) { return tips.pose(arm).translation(); }));
   }
   return true;
 }
@@ -222,8 +222,6 @@ RandomTask randomTask(const config::Robot& robot,
                       std::uint64_t seed,
                       int index,
                       bool feasible) {
-  if (model.armCount() < 2)
-    throw std::invalid_argument(robot.name + ": found one arm; random tasks need a robot with at least two arms");
   Draw draw(seedOf(seed, index));
   std::vector<planning::JointSampler> samplers;
   for (const config::Arm& arm : robot.arms)
@@ -236,6 +234,8 @@ RandomTask randomTask(const config::Robot& robot,
   task.feasible = feasible;
   planning::TrajectorySpec& spec = task.plan.trajectory;
   spec.point_duration = 1.0;
+  if (model.armCount() < 2)
+    spec.other_arm = planning::kNoArm;
   const double time = spec.max_iterations * options.control_period;
   Path path;
   for (int attempt = 0; attempt < kTries; ++attempt) {
@@ -247,7 +247,7 @@ RandomTask randomTask(const config::Robot& robot,
         task.plan.start.emplace_back(sampler.random(draw.engine()));
     }
     const safety::RobotVector start = model.stack(task.plan.start);
-    if (!follow(model, start, Curve(task.kind, model, scale, draw), tips, path))
+    if (!follow(model, spec, start, Curve(task.kind, model, scale, draw), tips, path))
       continue;
     const std::vector<std::size_t> chosen = choosePoints(path);
     bool possible = !chosen.empty();

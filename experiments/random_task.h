@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Random tasks of two cooperating arms, feasible by construction or out of reach. */
+/** @file Random tasks of one arm or of two cooperating ones, feasible by construction or out of reach. */
 #pragma once
 
 #include <string_view>
@@ -33,13 +33,14 @@ struct RandomTask {
  * goes from each point to the next within the time that a run has for it with every joint's velocity inside the bounds
  * of velocityBounds() at both points and inside `rotation`, the plant neither snaps nor is unstable on it, and the
  * bodies of its arms do not overlap at the start and at any point. Targets are what the plant's tips do on that path:
- * x_A and x_A - x_B of the first two arms, at most 0.8 mm apart. So the plant can do it, with all its errors.
+ * x_A and x_A - x_B of the first two arms, x_A alone where there is one, at most 0.8 mm apart. So the plant can do it,
+ * with all its errors.
  *
  * Infeasible: the same, whether bodies overlap or not, with the last third of the targets of x_A beyond the length of
  * tube 1 and the tool from the arm's entry point, where nothing can reach; x_A - x_B stays as it was.
  * @param rotation  rad/s, that of the slowest method
  * @param options  of the plant; its seed is the task's, see seedOf()
- * @throw std::invalid_argument where the robot has fewer than two arms, std::runtime_error where no path is found. */
+ * @throw std::runtime_error where no path is found. */
 RandomTask randomTask(const config::Robot& robot,
                       const RobotModel& model,
                       const LoopOptions& options,

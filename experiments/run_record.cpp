@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+#include <tuple>
 
 namespace tandem::experiments {
 
@@ -31,15 +32,25 @@ double excessOf(const safety::ArmLimits& limits, const Eigen::VectorXd& q) {
 
 }  // namespace
 
+std::pair<double, double> errorsOf(const planning::Reference& reference, const Tips& tips) {
+  std::pair<double, double> errors{0.0, 0.0};
+  for (int t = 0; t < reference.task_count; ++t) {
+    const planning::TaskReference& task = reference.tasks[static_cast<std::size_t>(t)];
+    const Eigen::Vector3d& a = tips[static_cast<std::size_t>(task.arm)];
+    const Eigen::Vector3d& b = tips[static_cast<std::size_t>(task.other_arm)];
+    if (task.kind == planning::TaskKind::kRelativePosition)
+      errors.first = (task.position - (a - b)).norm();
+    else
+      errors.second = (task.position - a).norm();
+  }
+  return errors;
+}
+
 void RunRecord::add(const StepData& data) {
   Row row;
   row.data = data;
-  const planning::TaskReference& relative = data.reference.tasks[0];
-  const planning::TaskReference& tip = data.reference.tasks[1];
-  const Eigen::Vector3d a = data.tip[static_cast<std::size_t>(relative.arm)];
-  const Eigen::Vector3d b = data.tip[static_cast<std::size_t>(relative.other_arm)];
-  row.error_ab = (relative.position - (a - b)).norm();
-  row.error_a = (tip.position - a).norm();
+  row.relative = data.reference.task_count > 1;
+  std::tie(row.error_ab, row.error_a) = errorsOf(data.reference, data.tip);
   limits_.setPosition(data.setpoint);
   row.lower.resize(robot_.jointCount());
   row.upper.resize(robot_.jointCount());
@@ -68,7 +79,7 @@ ErrorStatistics statisticsOf(const std::vector<double>& errors) {
   }
   const auto count = static_cast<double>(errors.size());
   const double mean = sum / count, mean_square = squares / count;
-  return {std::sqrt(mean_square), std::sqrt(std::max(0.0, mean_square - mean * mean)), max, mean};
+  return {std::sqrt(mean_square), std::sqrt(std::max(0.0, mean_square - mean * mean)), max, mean, errors.size()};
 }
 
 RunSummary RunRecord::summary() const {
@@ -88,7 +99,8 @@ RunSummary RunRecord::summary() const {
     const bool last = i + 1 == rows_.size() || rows_[i + 1].data.point != row.data.point;
     if (!last)
       continue;
-    ab.push_back(row.error_ab);
+    if (row.relative)
+      ab.push_back(row.error_ab);
     a.push_back(row.error_a);
     summary.converged += row.error_ab <= tolerance_ && row.error_a <= tolerance_ ? 1 : 0;
   }

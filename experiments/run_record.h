@@ -25,15 +25,21 @@ struct RunKey {
   std::string name() const;
 };
 
+/// Positions by arm, m, robot base frame.
+using Tips = std::array<Eigen::Vector3d, safety::kMaxArms>;
+
+/// Of the relative position (0 without one) and of the tip that follows the shape, m.
+std::pair<double, double> errorsOf(const planning::Reference& reference, const Tips& tips);
+
 /** What was known when a reference was answered and the robot had moved. */
 struct StepData {
   int point = 0;
   int iteration = 0;
-  planning::Reference reference;                      ///< the one that was answered: relative position, then tip
-  safety::RobotVector position;                       ///< of all joints after the step, as measured, m and rad
-  safety::RobotVector setpoint;                       ///< past the gate
-  std::array<Eigen::Vector3d, safety::kMaxArms> tip;  ///< where the tips really are after the step, m, robot base frame
-  std::array<double, 2> scale{};                      ///< task scales of the solution
+  planning::Reference reference;  ///< the one that was answered: relative position, if the trajectory has one, then tip
+  safety::RobotVector position;   ///< of all joints after the step, as measured, m and rad
+  safety::RobotVector setpoint;   ///< past the gate
+  Tips tip;                       ///< where the tips really are after the step, m, robot base frame
+  std::array<double, 2> scale{};  ///< task scales of the solution
   std::uint32_t solver_iterations = 0;
   std::uint32_t active_limits = 0;
   std::uint64_t gate_actions = 0;  ///< interventions of the gate in this step
@@ -42,6 +48,7 @@ struct StepData {
 /** One row: the data and what follows from them. */
 struct Row {
   StepData data;
+  bool relative = false;   ///< the trajectory has a relative position; else error_ab is 0
   double error_ab = 0.0;   ///< m, after the step, of the tips as they really are
   double error_a = 0.0;    ///< m, after the step, of the tip as it really is
   double violation = 0.0;  ///< largest excess of the setpoint over boxes and rows, m or rad; not above zero inside
@@ -55,6 +62,7 @@ struct ErrorStatistics {
   double deviation = 0.0;
   double max = 0.0;
   double mean = 0.0;
+  std::size_t count = 0;  ///< of errors; 0: all else is 0
 };
 
 /// Sums in the order given, so that the digits do not depend on the source of the errors. Zeros for none.
@@ -66,7 +74,7 @@ struct RunSummary {
   int points = 0;
   int converged = 0;
   int iterations = 0;
-  ErrorStatistics ab, a;        ///< over each point's last iteration
+  ErrorStatistics ab, a;        ///< over each point's last iteration; ab without errors: no relative position
   int limit_violations = 0;     ///< iterations after which a setpoint was outside its limits by more than kViolation
   double largest_excess = 0.0;  ///< of a setpoint's translations and rows over their limits, m; 0: it kept them
   std::uint64_t gate_actions = 0;

@@ -32,10 +32,9 @@ class Walker {
         near_(arms, local(options)),
         far_(arms, tolerant(options.ik, options.accept)),
         judge_(arms, accepting(options)),
-        step_path_(arms, spec.arm, spec.other_arm),
+        step_path_(arms, spec),
         branches_(std::move(start.branches)) {
-    last_.tip = start.tips[at(spec.arm)].pose.translation();
-    last_.relative = last_.tip - start.tips[at(spec.other_arm)].pose.translation();
+    last_ = pointAt(spec, [&](int arm) { return start.tips[at(arm)].pose.translation(); });
   }
 
   /// See detail/trajectory_start.h.
@@ -106,7 +105,10 @@ class Walker {
 
  private:
   std::vector<TipTarget> targetsOf(const TrajectoryPoint& point) const {
-    return {{spec_.arm, point.tip, {}}, {spec_.other_arm, point.tip - point.relative, {}}};
+    std::vector<TipTarget> targets{{spec_.arm, point.tip, {}}};
+    if (spec_.hasRelative())
+      targets.push_back({spec_.other_arm, point.tip - point.relative, {}});
+    return targets;
   }
   bool cancelled() const { return options_.ik.cancelled && options_.ik.cancelled(); }
 
@@ -266,9 +268,10 @@ class Walker {
         return report;
       tips.push_back(tip.pose.translation());
     }
-    report.tip = tips[at(spec_.arm)];
+    const TrajectoryPoint there = pointAt(spec_, [&](int arm) { return tips[at(arm)]; });
+    report.tip = there.tip;
+    report.actual_relative = there.relative;
     report.error = (report.tip - point.tip).norm();
-    report.actual_relative = report.tip - tips[at(spec_.other_arm)];
     report.relative_error = (report.actual_relative - point.relative).norm();
     if (report.reach != Reach::kCancelled && report.reach != Reach::kReconfiguration &&
         std::max(report.error, report.relative_error) <= options_.accept)
@@ -306,21 +309,20 @@ FeasibilityReport checkTrajectory(const Arms& arms,
                                   const FeasibilityOptions& options) {
   constexpr double kSingular = 1e-5;  // m/rad
   FeasibilityReport report;
-  if (spec.arm == spec.other_arm || std::min(spec.arm, spec.other_arm) < 0 ||
-      std::max(spec.arm, spec.other_arm) >= arms.count()) {
-    report.start = "the trajectory does not name two different arms of the robot";
+  if (std::string wrong = spec.wrongArms(arms.count()); !wrong.empty()) {
+    report.start = "the trajectory's arms: " + wrong;
     return report;
   }
   Start begin = lookAt(arms, start, options.ik.demands);
   report.start = begin.wrong;
   if (!begin.wrong.empty())
     return report;
-  const Vector3d tip = begin.tips[at(spec.arm)].pose.translation();
-  const Vector3d relative = tip - begin.tips[at(spec.other_arm)].pose.translation();
-  report.rotation_conditioning =
-      std::min(rotationConditioning(begin.tips[at(spec.arm)]), rotationConditioning(begin.tips[at(spec.other_arm)]));
+  const TrajectoryPoint first_place = pointAt(spec, [&](int arm) { return begin.tips[at(arm)].pose.translation(); });
+  report.rotation_conditioning = std::numeric_limits<double>::infinity();
+  for (const int arm : spec.arms())
+    report.rotation_conditioning = std::min(report.rotation_conditioning, rotationConditioning(begin.tips[at(arm)]));
   report.planar_start = report.rotation_conditioning < kSingular;
-  const std::vector<TrajectoryPoint> points = sample(spec, tip, relative);
+  const std::vector<TrajectoryPoint> points = sample(spec, first_place.tip, first_place.relative);
   const std::vector<kinematics::Branch> branches = begin.branches;
   Walker walker(arms, spec, options, std::move(begin));
   safety::RobotVector q = start;
@@ -337,7 +339,7 @@ FeasibilityReport checkTrajectory(const Arms& arms,
     q = point.q;
     report.points.push_back(std::move(point));
     // Point-by-point minimisation may lead to a dead end that control, which moves continuously, avoids.
-    if (std::vector<PointReport> walked; first && walker.walkAll({tip, relative}, points, start, branches, walked)) {
+    if (std::vector<PointReport> walked; first && walker.walkAll(first_place, points, start, branches, walked)) {
       report.points = std::move(walked);
       if (options.progress)
         options.progress(static_cast<int>(points.size()), static_cast<int>(points.size()));

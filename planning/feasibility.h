@@ -28,8 +28,9 @@ struct FeasibilityReport {
   bool feasible = false;
   bool cancelled = false;
   std::string start;  ///< error of the start itself; empty: none
-  /// Second singular value of the rotations' columns of a tip's Jacobian, the smaller one of both arms, m/rad. Zero if
-  /// all tubes bend in one plane: to first order rotations then move the tip only perpendicular to that plane.
+  /// Second singular value of the rotations' columns of a tip's Jacobian, the smallest one of the trajectory's arms,
+  /// m/rad. Zero if all tubes bend in one plane: to first order rotations then move the tip only perpendicular to that
+  /// plane.
   double rotation_conditioning = 0.0;
   bool planar_start = false;
   int unreachable() const;

@@ -88,12 +88,12 @@ bool Follower::update(const Eigen::Vector3d& tip, const Eigen::Vector3d& relativ
   if (progress_.phase != Phase::kRunning && progress_.phase != Phase::kPaused)
     return false;
   if (progress_.total_iterations > 0) {
-    progress_.tip_error = (reference_.tasks[1].position - tip).norm();
-    progress_.relative_error = (reference_.tasks[0].position - relative).norm();
+    progress_.tip_error = (wanted_.tip - tip).norm();
+    progress_.relative_error = (wanted_.relative - relative).norm();
   }
   if (progress_.phase == Phase::kPaused) {
     if (progress_.total_iterations == 0)
-      ask(points_.front(), Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero());
+      ask(points_.front(), {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
     for (TaskReference& task : reference_.tasks)
       task.feed_forward.setZero();
     reference = reference_;
@@ -146,7 +146,7 @@ bool Follower::nextPoint() noexcept {
   progress_.iteration = 1;
   const TrajectoryPoint& from = points_[progress_.point - 1];
   const TrajectoryPoint& to = points_[progress_.point];
-  ask(to, (to.tip - from.tip) / spec_.point_duration, (to.relative - from.relative) / spec_.point_duration);
+  ask(to, {(to.tip - from.tip) / spec_.point_duration, (to.relative - from.relative) / spec_.point_duration});
   if (!postures_.empty())
     reference_.posture = postures_[static_cast<std::size_t>(progress_.point) - 1];
   return true;
@@ -197,7 +197,7 @@ bool Follower::nextInstant(const Eigen::Vector3d& tip, const Eigen::Vector3d& re
     return false;
   }
   path_time_ = std::min(path_time_ + period_, end);
-  ask(now, (next.tip - now.tip) / period_, (next.relative - now.relative) / period_);
+  ask(now, {(next.tip - now.tip) / period_, (next.relative - now.relative) / period_});
   if (!postures_.empty()) {
     const auto [i, share] = pieceAt(s);  // before the first point only its posture is known
     const std::size_t before = std::max<std::size_t>(i, 2) - 2;
@@ -218,13 +218,9 @@ std::string describeMisses(const Progress& progress) {
   return text.data();
 }
 
-void Follower::ask(const TrajectoryPoint& at,
-                   const Eigen::Vector3d& tip_velocity,
-                   const Eigen::Vector3d& relative_velocity) noexcept {
-  reference_ = Reference{};
-  reference_.task_count = 2;
-  reference_.tasks[0] = {TaskKind::kRelativePosition, spec_.arm, spec_.other_arm, at.relative, relative_velocity};
-  reference_.tasks[1] = {TaskKind::kTipPosition, spec_.arm, 0, at.tip, tip_velocity};
+void Follower::ask(const TrajectoryPoint& at, const TrajectoryPoint& velocity) noexcept {
+  wanted_ = at;
+  reference_ = referenceTo(spec_, at, velocity);
 }
 
 }  // namespace tandem::planning

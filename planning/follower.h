@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -72,9 +73,9 @@ class Follower {
   bool update(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative, Reference& reference) noexcept;
 
   const Progress& progress() const { return progress_; }
-  /// Of relative position and tip: kPointByPoint at the end of each point; kTimed at each update, relative to the
-  /// reference of the previous one.
-  const std::array<ErrorStatistics, 2>& errors() const { return errors_; }
+  /// Of the tasks, relative position and tip: kPointByPoint at the end of each point; kTimed at each update, relative
+  /// to the reference of the previous one.
+  std::span<const ErrorStatistics> errors() const { return std::span(errors_).subspan(spec_.hasRelative() ? 0 : 1); }
   const TrajectorySpec& spec() const { return spec_; }
   const std::vector<TrajectoryPoint>& points() const { return points_; }
 
@@ -87,9 +88,7 @@ class Follower {
   void leave(int point, double error) noexcept;
   void finish() noexcept;
   void judgePassed(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative) noexcept;
-  void ask(const TrajectoryPoint& at,
-           const Eigen::Vector3d& tip_velocity,
-           const Eigen::Vector3d& relative_velocity) noexcept;
+  void ask(const TrajectoryPoint& at, const TrajectoryPoint& velocity) noexcept;
   /// Segment of the path at arc length s, by the index of its end, and the fraction of it that is complete.
   std::pair<std::size_t, double> pieceAt(double s) const noexcept;
   TrajectoryPoint along(double s) const noexcept;
@@ -108,6 +107,7 @@ class Follower {
   std::vector<Passed> passed_;  ///< the first ones of points_, without the start; reserved for all
   Progress progress_;
   std::array<ErrorStatistics, 2> errors_;
+  TrajectoryPoint wanted_;  ///< of the last reference
   Reference reference_;
 };
 

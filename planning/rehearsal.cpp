@@ -2,6 +2,7 @@
 #include "planning/rehearsal.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <stdexcept>
 
@@ -56,15 +57,16 @@ class IdealJoints {
   safety::RobotVector q_, velocity_;
 };
 
-std::string describeEnd(const Rehearsal& rehearsal, control::Method method, const std::string& detail) {
+std::string describeEnd(const Rehearsal& rehearsal, control::Method method, bool relative, const std::string& detail) {
   const std::string who(control::name(method));
   const std::string where = " at point " + std::to_string(rehearsal.point);
   switch (rehearsal.end) {
     case RehearsalEnd::kStalls: {
-      char errors[96];
-      std::snprintf(errors, sizeof errors, ", tip %.3g mm and relative position %.3g mm away, ",
+      std::array<char, 96> errors{};
+      std::snprintf(errors.data(), errors.size(),
+                    relative ? ", tip %.3g mm and relative position %.3g mm away, " : ", tip %.3g mm away, ",
                     1e3 * rehearsal.tip_error, 1e3 * rehearsal.relative_error);
-      std::string text = who + " stalls" + where + errors;
+      std::string text = who + " stalls" + where + errors.data();
       if (rehearsal.held.empty())
         return text + "no active limit: the edge of the workspace, or too few iterations for the point";
       text += "limited by ";
@@ -100,10 +102,12 @@ class Run {
   Rehearsal go(const TrajectorySpec& spec, const std::vector<safety::RobotVector>& postures) {
     if (!look())
       return end(RehearsalEnd::kInvalid, "the start: " + std::string(kinematics::describe(track_.model)));
-    follower_.start(spec, tip(spec.arm), tip(spec.arm) - tip(spec.other_arm), postures);
+    const auto place = [&] { return pointAt(spec, [this](int arm) { return tip(arm); }); };
+    TrajectoryPoint at = place();
+    follower_.start(spec, at.tip, at.relative, postures);
     result_.points = follower_.progress().point_count;
     int point = 0;
-    while (follower_.update(tip(spec.arm), tip(spec.arm) - tip(spec.other_arm), reference_)) {
+    for (; follower_.update(at.tip, at.relative, reference_); at = place()) {
       if (options_.cancelled && options_.cancelled())
         return end(RehearsalEnd::kCancelled, {});
       if (const int now = follower_.progress().point; now != point) {
@@ -150,7 +154,7 @@ class Run {
       result_.point = point;
     result_.iterations = follower_.progress().total_iterations;
     result_.q = joints_.position();
-    result_.reason = describeEnd(result_, options_.method, detail);
+    result_.reason = describeEnd(result_, options_.method, follower_.spec().hasRelative(), detail);
     return result_;
   }
 
@@ -171,8 +175,7 @@ Rehearsal rehearse(const Arms& arms,
                    const std::vector<safety::RobotVector>& postures,
                    const RehearsalOptions& options) {
   Rehearsal invalid;
-  const bool known = std::min(spec.arm, spec.other_arm) >= 0 && std::max(spec.arm, spec.other_arm) < arms.count();
-  if (!known || start.size() != arms.jointCount() || !start.allFinite()) {
+  if (!spec.wrongArms(arms.count()).empty() || start.size() != arms.jointCount() || !start.allFinite()) {
     invalid.reason =
         "the trajectory names an arm that the robot does not have, or the start is not finite or has another number of "
         "joints";

@@ -88,6 +88,29 @@ double lengthOf(const Polyline& line) {
 
 }  // namespace
 
+std::string TrajectorySpec::wrongArms(int count) const {
+  const auto letter = [](int k) { return std::string(1, static_cast<char>('a' + k)); };
+  for (const int k : arms()) {
+    if (k < 0 || k >= count)
+      return "found arm " + (k < 0 || k >= safety::kMaxArms ? std::to_string(k) : letter(k)) + ", expected " +
+             (count == 1 ? "a, the only arm; for one arm: tasks: [{tip: a}]" : "a to " + letter(count - 1));
+  }
+  return hasRelative() && arm == other_arm ? "found the same arm twice, expected two arms" : "";
+}
+
+Reference referenceTo(const TrajectorySpec& spec,
+                      const TrajectoryPoint& point,
+                      const TrajectoryPoint& velocity) noexcept {
+  Reference reference;
+  const auto add = [&](const TaskReference& task) {
+    reference.tasks[static_cast<std::size_t>(reference.task_count++)] = task;
+  };
+  if (spec.hasRelative())
+    add({TaskKind::kRelativePosition, spec.arm, spec.other_arm, point.relative, velocity.relative});
+  add({TaskKind::kTipPosition, spec.arm, 0, point.tip, velocity.tip});
+  return reference;
+}
+
 std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec,
                                     const Eigen::Vector3d& tip_start,
                                     const Eigen::Vector3d& relative_start) {

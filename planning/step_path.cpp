@@ -19,7 +19,7 @@ std::vector<const safety::ArmLimits*> pointersTo(const std::vector<safety::ArmLi
 
 }  // namespace
 
-StepPath::StepPath(const Arms& arms, int arm, int other_arm) : arms_(arms), arm_(arm), other_arm_(other_arm) {
+StepPath::StepPath(const Arms& arms, const TrajectorySpec& spec) : arms_(arms), spec_(spec) {
   for (const safety::ArmLimits* limits : arms.limits) {
     limits_.push_back(*limits);
     for (safety::JointLimit& joint : limits_.back().joints)
@@ -51,11 +51,11 @@ std::optional<safety::RobotVector> StepPath::go(const TrajectoryPoint& from,
 }
 
 Reference StepPath::referenceTo(const TrajectoryPoint& point) const {
-  Reference reference;
-  reference.task_count = 2;
-  reference.tasks[0] = {TaskKind::kRelativePosition, arm_, other_arm_, point.relative, Eigen::Vector3d::Zero()};
-  reference.tasks[1] = {TaskKind::kTipPosition, arm_, 0, point.tip, Eigen::Vector3d::Zero()};
-  return reference;
+  return planning::referenceTo(spec_, point, {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
+}
+
+std::pair<double, double> StepPath::errorsOf(const TrackResult& result) const {
+  return spec_.hasRelative() ? std::pair{result.error[0], result.error[1]} : std::pair{0.0, result.error[0]};
 }
 
 StepPath::End StepPath::converge(const TrajectoryPoint& point,
@@ -99,10 +99,11 @@ double StepPath::approach(const TrajectoryPoint& point,
       tracker.step(joints, joints, reference, result);
       if (result.status != TrackStatus::kOk)
         return safety::kUnlimited;
-      if (const double error = std::max(result.error[0], result.error[1]); error <= accept)
+      const auto [relative_error, tip_error] = errorsOf(result);
+      if (const double error = std::max(relative_error, tip_error); error <= accept)
         return error;
       // The relative position has precedence.
-      const double score = result.error[1] + kFirst * std::max(0.0, result.error[0] - kKept);
+      const double score = tip_error + kFirst * std::max(0.0, relative_error - kKept);
       if (score < least) {
         least = score;
         nearest = joints;

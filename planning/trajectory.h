@@ -7,6 +7,8 @@
 #include <variant>
 #include <vector>
 
+#include "planning/reference.h"
+
 namespace tandem::planning {
 
 /** Closed rectangle from the start: along `first`, then `second`, and back. m. */
@@ -48,11 +50,13 @@ enum class Following {
   kTimed,         ///< time-parameterised: trapezoidal speed along the path
 };
 
-/** A trajectory of one tip, with a constant or moving relative position. SI. */
+inline constexpr int kNoArm = -1;
+
+/** A trajectory of one tip, alone or with a constant or moving relative position of two tips. SI. */
 struct TrajectorySpec {
   std::string name;
   int arm = 0;        ///< arm whose tip follows the shape
-  int other_arm = 1;  ///< partner in the relative position
+  int other_arm = 1;  ///< partner in the relative position; kNoArm: the tip of `arm` is the only task
   Shape shape;
   int point_count = 100;  ///< points after the start, evenly spaced by arc length
   std::vector<Shape>
@@ -63,13 +67,34 @@ struct TrajectorySpec {
   double point_duration = 10.0;  ///< s per point; feed-forward = spacing / point_duration
   double speed = 2e-3;           ///< m/s, timed following
   double acceleration = 5e-3;    ///< m/s^2, timed following
+
+  bool hasRelative() const { return other_arm != kNoArm; }
+  /// The arms of its tasks.
+  std::vector<int> arms() const { return hasRelative() ? std::vector{arm, other_arm} : std::vector{arm}; }
+  /// What is wrong with its arms for a robot with `count` of them; empty: nothing.
+  std::string wrongArms(int count) const;
 };
 
-/** One point of a sampled trajectory: desired tip and relative position, m, robot base frame. */
+/** One point of a sampled trajectory: desired tip and relative position, m, robot base frame. Without a relative
+ * position that is zero, as wanted and as measured. */
 struct TrajectoryPoint {
   Eigen::Vector3d tip;
   Eigen::Vector3d relative;
 };
+
+/// The point at which the trajectory's tips are. @param tip  position of the tip of an arm, m
+template <class Tip>
+TrajectoryPoint pointAt(const TrajectorySpec& spec, Tip tip) {
+  const Eigen::Vector3d own = tip(spec.arm);
+  if (!spec.hasRelative())
+    return {own, Eigen::Vector3d::Zero()};
+  return {own, own - tip(spec.other_arm)};
+}
+
+/// Tasks of a point: the relative position, if there is one, then the tip. @param velocity  feed-forward, m/s
+Reference referenceTo(const TrajectorySpec& spec,
+                      const TrajectoryPoint& point,
+                      const TrajectoryPoint& velocity) noexcept;
 
 /** Samples the trajectory from a start: point_count points, without the start itself. @throw std::invalid_argument for
  * an empty or degenerate shape. */

@@ -6,44 +6,39 @@
 
 namespace tandem::robots {
 
-/// Position of the tip, and relative to the other tip. @return false if either is unknown.
-bool TrajectoryRun::place(const planning::TrajectorySpec& spec,
-                          const Measured& now,
-                          Eigen::Vector3d& tip,
-                          Eigen::Vector3d& relative) const {
-  std::array<Eigen::Vector3d, 2> tips;
-  for (const auto& [arm, to] : {std::pair{spec.arm, &tips[0]}, std::pair{spec.other_arm, &tips[1]}}) {
+/// Where the tips are; nothing if that of one of its arms is unknown.
+std::optional<planning::TrajectoryPoint> TrajectoryRun::place(const planning::TrajectorySpec& spec,
+                                                              const Measured& now) const {
+  if (tips_.status() != kinematics::ModelStatus::kOk)
+    return {};
+  for (const int arm : spec.arms()) {
     const auto k = static_cast<std::size_t>(arm);
     if (!now.valid[k] || (now.tips && !now.tips->arm[k].known))
-      return false;
-    *to = now.tips ? now.tips->arm[k].position : Eigen::Vector3d(tips_.tip(arm).pose.translation());
+      return {};
   }
-  tip = tips[0];
-  relative = tips[0] - tips[1];
-  return tips_.status() == kinematics::ModelStatus::kOk;
+  return planning::pointAt(spec, [&](int arm) -> Eigen::Vector3d {
+    return now.tips ? now.tips->arm[static_cast<std::size_t>(arm)].position : tips_.tip(arm).pose.translation();
+  });
 }
 
 std::string TrajectoryRun::start(const std::string& text,
                                  const Measured& now,
                                  std::vector<safety::RobotVector> postures) {
   const planning::TrajectorySpec spec = config::parseTrajectory(text, "planning/request", {});  // without file names
-  for (const int arm : {spec.arm, spec.other_arm}) {
-    if (arm < 0 || arm >= tips_.armCount() || spec.arm == spec.other_arm)
-      throw std::invalid_argument("arm and other_arm: expected two different arms of the " +
-                                  std::to_string(tips_.armCount()));
-  }
-  Eigen::Vector3d tip, relative;
-  if (!place(spec, now, tip, relative))
+  if (const std::string wrong = spec.wrongArms(tips_.armCount()); !wrong.empty())
+    throw std::invalid_argument("trajectory: " + wrong);
+  const auto at = place(spec, now);
+  if (!at)
     return "no valid actuation/state yet";
-  follower_.start(spec, tip, relative, std::move(postures));
+  follower_.start(spec, at->tip, at->relative, std::move(postures));
   return {};
 }
 
 std::string TrajectoryRun::update(const Measured& now, planning::Reference& reference) {
-  Eigen::Vector3d tip, relative;
-  if (!place(follower_.spec(), now, tip, relative))
+  const auto at = place(follower_.spec(), now);
+  if (!at)
     return now.tips ? "the measured joints or tips are not valid" : "the measured joints are not valid";
-  follower_.update(tip, relative, reference);
+  follower_.update(at->tip, at->relative, reference);
   return {};
 }
 

@@ -55,6 +55,12 @@ sim::PlantOptions readPlant(const Map& map, const std::function<Robot()>& robot)
 /// Reads the `teleoperation` of a deployment. @throw Error at a name used twice, an empty box, a normal of zero length.
 Teleoperation readTeleoperation(const Map& map);
 
+/** One of the `tasks` of a trajectory; arms count from 0. */
+struct TrajectoryTask {
+  int tip = 0;
+  std::vector<int> relative;
+};
+
 /// Reads a trajectory without its `tandem` key. @param folder base of CSV paths; empty: CSV files are refused.
 planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::path& folder);
 

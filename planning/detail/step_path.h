@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "planning/pose_problem.h"
-#include "planning/reference.h"
+#include "planning/reference_tracker.h"
 #include "planning/trajectory.h"
 
 namespace tandem::planning {
@@ -19,8 +19,7 @@ namespace tandem::planning {
  * one point cannot give. */
 class StepPath {
  public:
-  /// @param arm, other_arm  arm whose tip moves, and its partner in the relative position
-  StepPath(const Arms& arms, int arm, int other_arm);
+  StepPath(const Arms& arms, const TrajectorySpec& spec);
 
   /// @param accept  m. @return joints at the point, or less than 1 mm away if there is no further progress; else
   /// nothing.
@@ -42,6 +41,8 @@ class StepPath {
 
  private:
   Reference referenceTo(const TrajectoryPoint& point) const;
+  /// Of relative position and tip, m, of a step.
+  std::pair<double, double> errorsOf(const TrackResult& result) const;
   /// @return distance of the tips from the point, m; infinite if a step fails.
   double approach(const TrajectoryPoint& point,
                   double accept,
@@ -51,7 +52,7 @@ class StepPath {
 
   Arms arms_;
   std::vector<safety::ArmLimits> limits_;  ///< without velocities
-  int arm_, other_arm_;
+  TrajectorySpec spec_;
 };
 
 }  // namespace tandem::planning

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Run of a trajectory of two tips. */
+/** @file Run of a trajectory of one tip, or of two. */
 #pragma once
+
+#include <optional>
 
 #include "robots/run.h"
 
@@ -28,10 +30,7 @@ class TrajectoryRun final : public Run {
   std::vector<Eigen::Isometry3d> points() const override;
 
  private:
-  bool place(const planning::TrajectorySpec& spec,
-             const Measured& now,
-             Eigen::Vector3d& tip,
-             Eigen::Vector3d& relative) const;
+  std::optional<planning::TrajectoryPoint> place(const planning::TrajectorySpec& spec, const Measured& now) const;
 
   planning::TipFollower tips_;
   planning::Follower follower_;

@@ -119,25 +119,23 @@ void ComputationProblem::readTrajectory() {
   } catch (const std::exception& error) {
     throw Refusal(msg::ReplyCode::kMalformed, error.what());
   }
-  for (const auto& [key, arm] : {std::pair{"arm", spec.arm}, std::pair{"other_arm", spec.other_arm}}) {
-    if (arm < 0 || arm >= arms.count())
-      refuse(std::string("trajectory: ") + key, std::to_string(arm),
-             "0 to " + std::to_string(arms.count() - 1) + " for " + namesOf(robot.robot));
-  }
+  if (const std::string wrong = spec.wrongArms(arms.count()); !wrong.empty())
+    throw Refusal(msg::ReplyCode::kMalformed, "trajectory: " + wrong + "; " + namesOf(robot.robot));
   if (spec.point_count > kMostPoints && request.kind != static_cast<std::uint8_t>(ComputationKind::kChooseStart))
     refuse("trajectory: points", std::to_string(spec.point_count), "at most " + std::to_string(kMostPoints));
-  kinematics::Tip tips[2];
-  for (int k = 0; k < 2; ++k) {
-    const int arm = k == 0 ? spec.arm : spec.other_arm;
+  std::vector<kinematics::Tip> tips(static_cast<std::size_t>(arms.count()));
+  for (const int arm : spec.arms()) {
     const Eigen::VectorXd own = start.segment(arms.offset(arm), arms.size(arm));
-    if (arms.models[static_cast<std::size_t>(arm)]->tip(own, tips[k]) != kinematics::ModelStatus::kOk)
+    const auto k = static_cast<std::size_t>(arm);
+    if (arms.models[k]->tip(own, tips[k]) != kinematics::ModelStatus::kOk)
       return;  // defects of the start configuration are part of the report
   }
   try {
     planning::TrajectorySpec coarse = spec;
     coarse.point_count = 1;
-    const Eigen::Vector3d tip = tips[0].pose.translation();
-    planning::sample(coarse, tip, tip - tips[1].pose.translation());
+    const planning::TrajectoryPoint at =
+        planning::pointAt(spec, [&](int arm) { return tips[static_cast<std::size_t>(arm)].pose.translation(); });
+    planning::sample(coarse, at.tip, at.relative);
   } catch (const std::invalid_argument& error) {
     throw Refusal(msg::ReplyCode::kMalformed, error.what());
   }

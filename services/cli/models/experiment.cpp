@@ -107,7 +107,9 @@ nlohmann::ordered_json publishedJson(double rms, double deviation, double max) {
 /// What a mean over runs and one run have in common.
 template <class Results>
 void addResults(const Results& r, nlohmann::ordered_json& line) {
-  const auto errors = [](const experiments::ErrorStatistics& e) {
+  const auto errors = [](const experiments::ErrorStatistics& e) -> nlohmann::ordered_json {
+    if (e.count == 0)
+      return nullptr;
     nlohmann::ordered_json json = publishedJson(e.rms, e.deviation, e.max);
     json["mean_mm"] = 1e3 * e.mean;
     return json;

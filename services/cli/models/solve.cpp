@@ -40,7 +40,7 @@ control::MethodParameters parameters(const SolveCommand& options, const config::
   return p;
 }
 
-/** One step for one row: joints of both arms, v_ab, v_a. */
+/** One step for one row: joints of both arms, v_ab, v_a; of one arm alone, v_a. */
 struct SolvedRow {
   std::string status;
   std::vector<double> numbers;
@@ -48,26 +48,28 @@ struct SolvedRow {
 
 class Stepper {
  public:
-  Stepper(const SolveCommand& options, const config::Robot& robot) : robot_(robot) {
-    if (robot_.armCount() < 2)
-      throw Failure(kUsage, "--robot: solve needs a robot of two arms");
+  Stepper(const SolveCommand& options, const config::Robot& robot)
+      : robot_(robot), arms_(std::min(robot_.armCount(), 2)) {
     const auto method =
         parse("--method", options.method, idl::fromName<control::Method>(options.method), control::methodList());
     resolver_ = control::makeResolver(method, parameters(options, robot));
-    problem_.setLimits(robot_.limits().data(), 2);
+    problem_.setLimits(robot_.limits().data(), arms_);
   }
 
   int joints() const { return problem_.joint_count; }
+  int tasks() const { return arms_; }
+  int columns() const { return joints() + 3 * tasks(); }
 
   SolvedRow answer(const experiments::CsvRow& row) {
     if (!row.error.empty())
       return {row.error, {}};
     const safety::RobotVector q = Eigen::Map<const Eigen::VectorXd>(row.values.data(), joints());
     problem_.setPosition(q);
-    problem_.task_count = 2;
+    problem_.task_count = arms_;
+    control::Task& of_tip = problem_.task[static_cast<std::size_t>(arms_ - 1)];
     for (control::Task& task : problem_.task)
       task.jacobian.setZero(3, joints());
-    for (int k = 0; k < 2; ++k) {
+    for (int k = 0; k < arms_; ++k) {
       kinematics::Tip tip;
       const auto arm = static_cast<std::size_t>(k);
       const auto status = robot_.models()[arm]->tip(q.segment(robot_.offset(k), robot_.size(k)), tip);
@@ -77,24 +79,26 @@ class Stepper {
       const auto columns = tip.jacobian.topRows<3>();
       problem_.task[0].jacobian.middleCols(robot_.offset(k), robot_.size(k)) = (k == 0 ? 1.0 : -1.0) * columns;
       if (k == 0)
-        problem_.task[1].jacobian.middleCols(0, robot_.size(0)) = columns;
+        of_tip.jacobian.middleCols(0, robot_.size(0)) = columns;
     }
     const double* v = row.values.data() + joints();
-    problem_.task[0].velocity = Eigen::Vector3d(v[0], v[1], v[2]);
-    problem_.task[1].velocity = Eigen::Vector3d(v[3], v[4], v[5]);
+    for (int t = 0; t < arms_; ++t)
+      problem_.task[static_cast<std::size_t>(t)].velocity =
+          Eigen::Vector3d::Map(v + 3 * static_cast<std::ptrdiff_t>(t));
     resolver_->solve(problem_, solution_);
     const bool infeasible = solution_.status == control::SolveStatus::kInfeasible;
     if (solution_.status != control::SolveStatus::kSolved && !infeasible)
       return {std::string(control::name(solution_.status)), {}};
     SolvedRow answer{infeasible ? "infeasible: " + control::describe(problem_, solution_.conflict, {"a", "b"}) : "ok",
                      {solution_.velocity.begin(), solution_.velocity.end()}};
-    answer.numbers.insert(answer.numbers.end(), {solution_.scale[0], solution_.scale[1],
-                                                 static_cast<double>(solution_.iterations), solution_.kkt_residual});
+    answer.numbers.insert(answer.numbers.end(), solution_.scale.begin(), solution_.scale.begin() + arms_);
+    answer.numbers.insert(answer.numbers.end(), {static_cast<double>(solution_.iterations), solution_.kkt_residual});
     return answer;
   }
 
  private:
   robots::RobotModel robot_;
+  int arms_;
   std::unique_ptr<control::Resolver> resolver_;
   control::StepProblem problem_;
   control::Solution solution_;
@@ -111,7 +115,9 @@ int runSolve(const SolveCommand& options) {
   std::vector<std::string> names;
   for (int j = 1; j <= stepper.joints(); ++j)
     names.push_back("qd_" + std::to_string(j));
-  names.insert(names.end(), {"s_1", "s_2", "iterations", "kkt_residual"});
+  for (int t = 1; t <= stepper.tasks(); ++t)
+    names.push_back("s_" + std::to_string(t));
+  names.insert(names.end(), {"iterations", "kkt_residual"});
   if (!options.json) {
     for (const std::string& name : names)
       std::cout << name << ',';
@@ -119,7 +125,7 @@ int runSolve(const SolveCommand& options) {
   }
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   bool all = true;
-  for (const experiments::CsvRow& row : experiments::readRows(*input, stepper.joints() + 6)) {
+  for (const experiments::CsvRow& row : experiments::readRows(*input, stepper.columns())) {
     const SolvedRow answer = stepper.answer(row);
     all = all && answer.status == "ok";
     nlohmann::ordered_json object;
@@ -156,8 +162,9 @@ void registerSolve(CLI::App& app, int& exit_code) {
   solve->add_option("-z,--zeta", options->zeta, "zeta of (7) or (8) (default: the robot file's)")
       ->check(CLI::PositiveNumber);
   solve
-      ->add_option("--csv", options->csv,
-                   "rows q_a(6),q_b(6),v_ab(3),v_a(3) in SI, without header; - is standard input")
+      ->add_option(
+          "--csv", options->csv,
+          "rows q_a(6),q_b(6),v_ab(3),v_a(3) in SI, of one arm q_a(6),v_a(3), without header; - is standard input")
       ->capture_default_str();
   solve->add_flag("--json", options->json, "JSON instead of CSV");
   solve->callback([options, &exit_code] { guarded(exit_code, [&] { return runSolve(*options); }); });

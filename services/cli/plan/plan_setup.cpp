@@ -73,10 +73,8 @@ std::vector<double> PlanSetup::startOf(const std::string& from, const std::strin
 std::string PlanSetup::trajectory() const {
   const auto file = config::findFile(options_.file, "trajectory");
   const planning::TrajectorySpec spec = config::loadTrajectory(file);
-  if (std::max(spec.arm, spec.other_arm) >= model_.armCount()) {
-    throw Failure(kUsage, file.string() + ": found arm " + std::to_string(std::max(spec.arm, spec.other_arm)) +
-                              ", expected one of the " + std::to_string(model_.armCount()) + " arms of " + robot_.name);
-  }
+  if (const std::string wrong = spec.wrongArms(model_.armCount()); !wrong.empty())
+    throw Failure(kUsage, file.string() + ": " + wrong + ", of " + robot_.name);
   return config::formatTrajectory(spec);
 }
 

@@ -81,6 +81,38 @@ TEST(Trajectory, EveryKeyReachesItsField) {
   expectSame(spec.relative[0], planning::Waypoints{{{1e-3, 2e-3, 3e-3}, {4e-3, 5e-3, 6e-3}}, true});
 }
 
+TEST(Trajectory, TasksSayWhatIsTracked) {
+  const std::string line = "shape: {line: {displacement_mm: [1, 0, 0]}}\n", head = "tandem: trajectory/1\nname: x\n";
+  const auto arms = [&](const std::string& tasks) {
+    const TrajectorySpec spec = parseTrajectoryText(head + tasks + line);
+    return std::pair{spec.arm, spec.other_arm};
+  };
+  EXPECT_EQ(arms("tasks: [{tip: c}]\n"), (std::pair{2, planning::kNoArm}));
+  EXPECT_EQ(arms("tasks:\n  - relative: [b, 3]\n  - tip: b\n"), (std::pair{1, 3}));
+  EXPECT_EQ(arms("arm: b\nother_arm: d\n"), (std::pair{1, 3}));
+  const std::pair<const char*, const char*> refused[] = {
+      {"tasks: [{tip: a}]\narm: a\n", "arm: found both tasks and arm, which is a short form of it"},
+      {"tasks: [{tip: a}]\nrelative: hold\n", "relative: found without a task `relative: [a, b]`"},
+      {"tasks: [{relative: [a, b]}]\n", "tasks: found other tasks, expected `tip` alone, or `relative` and then `tip`"},
+      {"tasks: [{tip: a}, {relative: [a, b]}]\n", "tasks: found other tasks"},
+      {"tasks: [{tip: a}, {tip: b}]\n", "tasks: found other tasks"},
+      {"tasks: [{relative: [b, a]}, {tip: a}]\n", "relative[0]: found another arm first than that of `tip`"},
+      {"tasks: [{relative: [a, a]}, {tip: a}]\n", "tasks[0].relative"},
+      {"tasks: [{relative: [a, b, c]}, {tip: a}]\n", "tasks[0].relative: found a list of 3, expected a list of 2"},
+      {"tasks: [{tip: z}]\n", "tasks[0].tip: found the text \"z\", expected one of a, b"},
+      {"tasks: []\n", "tasks: found an empty list"},
+      {"tasks: [{tip: a, relative: [a, b]}]\n", "tasks[0]: found 2 keys, expected exactly one"},
+  };
+  for (const auto& [tasks, text] : refused) {
+    try {
+      arms(tasks);
+      ADD_FAILURE() << tasks;
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << tasks << error.what();
+    }
+  }
+}
+
 TEST(Trajectory, DefaultsAreThoseOfTheStruct) {
   const TrajectorySpec spec = parseTrajectoryText(around("line: {displacement_mm: [1, 0, 0]}"));
   const TrajectorySpec usual;
@@ -132,9 +164,9 @@ TEST(Trajectory, FormattedTextReadsBack) {
     TrajectorySpec spec;
     spec.name = trial % 2 ? "12 \"quoted\": #" : "plain";
     spec.arm = random.integer(3);
-    spec.other_arm = 4 + random.integer(3);
+    spec.other_arm = random.integer(1) ? 4 + random.integer(3) : planning::kNoArm;
     spec.shape = random.shape();
-    if (random.integer(1))
+    if (spec.hasRelative() && random.integer(1))
       spec.relative.push_back(random.shape());
     spec.point_count = 1 + random.integer(1000);
     spec.following = random.integer(1) ? planning::Following::kTimed : planning::Following::kPointByPoint;

@@ -271,6 +271,45 @@ TEST(ClosedLoop, ARehearsalNamesWhatHoldsTheMethod) {
   }
 }
 
+/// One task in closed loop: of a robot with one arm, and of one arm of a pair, whose other arm has no task.
+TEST(ClosedLoop, ATipAloneIsTracked) {
+  int feasible = 0;
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(12); ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    const Pair robot("rigid");
+    TrajectorySpec spec = anyTask(random);
+    spec.other_arm = kNoArm;
+    const safety::RobotVector start = anyStart(robot, random);
+    FeasibilityOptions options;
+    const FeasibilityReport one = checkTrajectory(robot.one, spec, start.head(6), options);
+    const FeasibilityReport both = checkTrajectory(robot.both, spec, start, options);
+    if (!both.start.empty())
+      continue;
+    EXPECT_EQ(one.feasible, both.feasible) << "the other arm matters";
+    if (!one.feasible || one.planar_start)
+      continue;
+    ++feasible;
+    for (const control::Method method :
+         {control::Method::kNspqp, control::Method::kSnsqp, control::Method::kSns, control::Method::kHqp}) {
+      RehearsalOptions rehearsal;
+      rehearsal.method = method;
+      for (const Arms* arms : {&robot.one, &robot.both}) {
+        const Rehearsal run = rehearse(*arms, spec, start.head(arms->jointCount()), {}, rehearsal);
+        EXPECT_EQ(run.end, RehearsalEnd::kCompleted) << name(method) << ": " << run.reason;
+        kinematics::Tip tip;
+        ASSERT_EQ(robot.a->tip(run.q.head(6), tip), kinematics::ModelStatus::kOk);
+        EXPECT_LE((tip.pose.translation() - one.points.back().wanted.tip).norm(), spec.tolerance) << name(method);
+        // hqp's last level moves all joints away from their limits.
+        if (arms == &robot.both && method != control::Method::kHqp) {
+          EXPECT_LT((run.q.tail(6) - start.tail(6)).norm(), 1e-9) << name(method);
+        }
+      }
+    }
+  }
+  EXPECT_GE(feasible, static_cast<int>(cases(12)) / 4);
+}
+
 TEST(ClosedLoop, ARehearsalRefusesWhatMakesNoSense) {
   const Pair robot("rigid");
   TrajectorySpec spec;

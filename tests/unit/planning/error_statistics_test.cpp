@@ -68,7 +68,8 @@ TEST(ErrorStatistics, OfARunAreThoseOfItsTasks) {
     Eigen::Vector3d tip = start;
     while (follower.update(tip, relative, reference))
       tip = reference.tasks[1].position + Eigen::Vector3d(kLag, 0, 0);
-    const auto& [between, of_tip] = follower.errors();
+    ASSERT_EQ(follower.errors().size(), 2u);
+    const planning::ErrorStatistics &between = follower.errors()[0], &of_tip = follower.errors()[1];
     EXPECT_GE(of_tip.count(), following == planning::Following::kTimed ? 20u : 10u);
     EXPECT_EQ(between.count(), of_tip.count());
     EXPECT_EQ(between.maximum(), 0.0);

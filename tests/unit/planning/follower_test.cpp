@@ -42,6 +42,29 @@ TEST(Follower, ProtocolAsksForTheNextPointWhenWithinTolerance) {
   EXPECT_LE((tip - (kTip + Eigen::Vector3d(0, 0, 0.01))).norm(), 0.88e-3);
 }
 
+TEST(Follower, ATipAloneIsOneTask) {
+  for (const auto following : {planning::Following::kPointByPoint, planning::Following::kTimed}) {
+    auto spec = line(0.01, 10);
+    spec.arm = 2;
+    spec.other_arm = planning::kNoArm;
+    spec.following = following;
+    Follower follower(kPeriod);
+    follower.start(spec, kTip, Eigen::Vector3d::Zero());
+    Reference reference;
+    Eigen::Vector3d tip = kTip;
+    while (follower.update(tip, Eigen::Vector3d::Zero(), reference)) {
+      ASSERT_EQ(reference.task_count, 1);
+      ASSERT_EQ(reference.tasks[0].kind, planning::TaskKind::kTipPosition);
+      ASSERT_EQ(reference.tasks[0].arm, 2);
+      tip = reference.tasks[0].position;
+    }
+    EXPECT_EQ(follower.progress().phase, Phase::kFinished);
+    EXPECT_EQ(follower.progress().relative_error, 0.0);
+    ASSERT_EQ(follower.errors().size(), 1u);
+    EXPECT_GT(follower.errors()[0].count(), 0u);
+  }
+}
+
 TEST(Follower, GivesUpAPointAfterTheLimitAndSaysSo) {
   auto spec = line(0.01, 2);
   spec.max_iterations = 7;

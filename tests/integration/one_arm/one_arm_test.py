@@ -1,0 +1,94 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Trajectories whose task list is one tip, or names other arms than the first two: in the command line and in a running system."""
+import csv
+import json
+import math
+import pathlib
+import sys
+
+import yaml
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
+import system  # noqa: E402
+
+CIRCLE = """tandem: trajectory/1
+name: quick
+tasks: [{tip: a}]
+shape:
+  circle: {center_offset_mm: [0, 5, 0], normal: [0, 0, 1], turns: 1}
+points: 40
+following: timed
+speed_mm_per_s: 8
+acceleration_mm_per_s2: 20
+tolerance_mm: 0.88
+max_iterations: 1000
+"""
+
+
+class OneArm(system.SystemTest):
+    def file(self, name, text):
+        path = self.folder / name
+        path.write_text(text)
+        return path
+
+    def table(self, *arguments):
+        return json.loads(self.assert_ok(system.run("experiment", *arguments, "--json", timeout=120)).stdout)["rows"]
+
+    def three_arms(self):
+        """ark2024 with a third arm, 40 mm beside the others."""
+        robot = yaml.safe_load((system.PRESETS / "robots" / "ark2024.yaml").read_text())
+        third = json.loads(json.dumps(robot["arms"][1]))
+        third.update(name="arm_c", base={"position_mm": [40, 0, 0], "rpy_deg": [0, 0, 0]})
+        robot["arms"].append(third)
+        robot["name"] = "three"
+        return self.file("three.yaml", yaml.safe_dump(robot, sort_keys=False))
+
+    def test_experiments(self):
+        offline = self.table("one-arm", "--offline", "-d", "lockstep-one-arm")
+        self.assertEqual(offline, self.table("one-arm", "-d", "lockstep-one-arm"), "over DDS as in one process")
+        for row in offline:
+            self.assertIsNone(row["epsilon_ab"])
+            self.assertEqual((row["converged"], row["limit_violations"]), (100, 0), row)
+        answer = self.assert_ok(system.run("experiment", "one-arm", "--offline", "--only", "lissajous", "--csv", self.folder))
+        self.assertRegex(answer.stdout, r"nspqp +\d+\.\d +- +0\.\d")
+        with open(self.folder / "lissajous-home-nspqp.csv", newline="", encoding="utf-8") as file:
+            rows = list(csv.DictReader(file))
+        for row in rows:
+            error = math.dist([float(row[f"target_{x}"]) for x in "xyz"], [float(row[f"tip_{x}"]) for x in "xyz"])
+            self.assertAlmostEqual(float(row["err_a"]), error, delta=1e-12)
+
+    def test_random_tasks(self):
+        answer = self.assert_ok(system.run("montecarlo", "-d", "lockstep-one-arm", "--tasks", "20", "--methods", "nspqp,hqp",
+                                           "--infeasible", "0", "--json"))
+        for line in json.loads(answer.stdout):
+            self.assertGreater(line["succeeded"], 0)
+
+    def test_arms_beyond_the_first_two(self):
+        experiment = yaml.safe_load((system.PRESETS / "experiments" / "one-arm.yaml").read_text())
+        experiment["robot"] = str(self.three_arms())
+        experiment["methods"] = ["nspqp"]
+        for tasks, relative in (([{"relative": ["c", "b"]}, {"tip": "c"}], True), ([{"tip": "b"}], False)):
+            for trajectory in experiment["trajectories"]:
+                trajectory["tasks"] = tasks
+            for row in self.table(self.file("run.yaml", yaml.safe_dump(experiment, sort_keys=False)), "--offline"):
+                self.assertEqual(row["converged"], 100, tasks)
+                self.assertEqual(row["epsilon_ab"] is not None, relative)
+
+    def test_running_system(self):
+        robot = self.start("one-arm", robot=system.PRESETS / "robots" / "timc2024.yaml", budgets=system.WIDE_BUDGETS)
+        quick = self.file("quick.yaml", CIRCLE)
+        answer = self.assert_ok(robot.robot("run", quick, timeout=60))
+        self.assertIn("finished: 40 points", answer.stdout)
+        self.assertIn("error, tip of arm_a: RMS 0.", answer.stdout)
+        self.assertNotIn("relative", answer.stdout)
+        for answer in (robot.robot("run", "circle"), system.run("plan", "check", "circle", "--robot", "timc2024")):
+            self.assertNotEqual(answer.returncode, 0)
+            self.assertIn("found arm b, expected a, the only arm; for one arm: tasks: [{tip: a}]", answer.stderr)
+        answer = self.assert_ok(system.run("plan", "check", "-d", robot.path, quick, "--json"))
+        self.assertTrue(json.loads(answer.stdout)["feasible"])
+        self.assert_ok(robot.robot("enable"))
+        self.assert_ok(robot.robot("home"))
+
+
+if __name__ == "__main__":
+    system.main()
