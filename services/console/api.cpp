@@ -173,8 +173,9 @@ Json describeRobot(const config::Deployment& deployment, const config::Robot& ro
 
 Json describeTrajectories(const config::Robot& robot) {
   Json all = Json::array();
-  const auto add = [&all](const std::filesystem::path& file, const std::string& name, const std::string& yaml) {
-    all.push_back({{"name", name}, {"summary", config::validate(file).text}, {"yaml", yaml}});
+  const auto add = [&all](const std::filesystem::path& file, const std::string& name, const std::string& yaml,
+                          const std::string& refused = {}) {
+    all.push_back({{"name", name}, {"summary", config::validate(file).text}, {"yaml", yaml}, {"refused", refused}});
   };
   const bool paths = has(robot, robots::Capability::kCommonPath);
   for (const auto& file : config::presets(paths ? "path" : "trajectory")) {
@@ -184,7 +185,7 @@ Json describeTrajectories(const config::Robot& robot) {
         add(file, path.name, config::formatPath(path));
       } else {
         const planning::TrajectorySpec spec = config::loadTrajectory(file);
-        add(file, spec.name, config::formatTrajectory(spec));
+        add(file, spec.name, config::formatTrajectory(spec), spec.wrongArms(static_cast<int>(robot.arms.size())));
       }
     } catch (const config::Error& error) {
       spdlog::warn("{}", error.what());

@@ -67,7 +67,13 @@ export class Run implements Panel {
   private async load(): Promise<void> {
     try {
       this.trajectories = await fetchJson<Trajectory[]>("/api/trajectories");
-      this.choice.replaceChildren(...this.trajectories.map((t) => h("option", { value: t.name }, t.name)));
+      const usable = (t: Trajectory): boolean => t.refused === "";
+      const option = (t: Trajectory): HTMLOptionElement =>
+        usable(t)
+          ? h("option", { value: t.name }, t.name)
+          : h("option", { value: t.name, disabled: "", title: t.refused }, `${t.name}: not for this robot`);
+      const others = this.trajectories.filter((t) => !usable(t));
+      this.choice.replaceChildren(...this.trajectories.filter(usable).map(option), ...others.map(option));
       this.show();
     } catch (error) {
       this.c.messages.add("bad", `Trajectories: ${String(error)}`);

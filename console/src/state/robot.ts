@@ -89,6 +89,7 @@ export interface Trajectory {
   name: string;
   summary: string;
   yaml: string;
+  refused: string; // why this robot cannot run it; empty: it can
 }
 
 export const isTranslation = (arm: Arm, joint: number): boolean => arm.joints[joint]?.translation ?? false;

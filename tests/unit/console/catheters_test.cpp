@@ -151,6 +151,20 @@ TEST(Description, OfTubesAndOfAssistedCathetersHasNoObject) {
   EXPECT_TRUE(describeRobot(assist, config::loadAnyRobot(assist.robot))["object"].is_null());
 }
 
+TEST(Page, TrajectoriesThatTheRobotCannotRunHaveTheReason) {
+  const config::Robot one = config::loadAnyRobot(config::findFile("timc2024", "robot"));
+  const config::Robot two = config::loadAnyRobot(config::findFile("ark2024", "robot"));
+  int refused = 0;
+  for (const auto& trajectory : describeTrajectories(one)) {
+    const auto reason = trajectory["refused"].get<std::string>();
+    EXPECT_EQ(reason.empty(), trajectory["name"] == "circle-one-arm") << trajectory["name"];
+    refused += reason.find("found arm b") != std::string::npos ? 1 : 0;
+  }
+  EXPECT_GE(refused, 4);
+  for (const auto& trajectory : describeTrajectories(two))
+    EXPECT_EQ(trajectory["refused"], "") << trajectory["name"];
+}
+
 /// The tests of the page read descriptions.json, generated from idl/ together with the C++ of the server.
 TEST(ServedNames, MatchTheIdl) {
   std::ifstream file(TANDEM_DESCRIPTIONS);
