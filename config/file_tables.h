@@ -38,6 +38,9 @@ std::string schema(const std::string& kind);
 /// Keys of a kind of file as Markdown tables, one per mapping: a section of docs/configuration.md.
 std::string keyTables(const std::string& kind);
 
+/// Default of a key for people: "0.88 mm", "none", "required".
+std::string defaultText(const Field& field);
+
 /// Keys of a trajectory without `tandem`, for files that embed trajectories.
 std::vector<Field> trajectoryFields();
 

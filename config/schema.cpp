@@ -213,6 +213,8 @@ std::string rowOf(const Field& field, bool is_choice) {
 
 }  // namespace
 
+std::string defaultText(const Field& field) { return defaultForPeople(field, false); }
+
 const std::vector<std::string>& kinds() {
   static const std::vector<std::string> all = [] {
     std::vector<std::string> names;

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <iostream>
 
+#include "services/cli/completion.h"
 #include "services/cli/models/cooperative.h"
 #include "services/cli/subcommand.h"
 #include "services/cli/suggestion.h"
@@ -49,14 +50,20 @@ int main(int argc, char** argv) {
   tandem::runtime::addPlaceOptions(app);
   app.fallthrough();
   for (Register* part :
-       {registerUp,     registerExperiment, registerRobot,       registerStatus,    registerTopics,   registerDoctor,
-        registerFk,     registerSolve,      registerStability,   registerWorkspace, registerPlan,     registerValidate,
-        registerSchema, registerCan,        registerHome,        registerJog,       registerSecurity, registerUnits,
-        registerRecord, registerInfo,       registerReplay,      registerExport,    registerPlot,     registerConsole,
-        registerTeleop, registerMonteCarlo, registerCooperative, registerPresets}) {
+       {registerUp,         registerExperiment,  registerRobot,   registerStatus,    registerTopics,
+        registerDoctor,     registerFk,          registerSolve,   registerStability, registerWorkspace,
+        registerPlan,       registerValidate,    registerSchema,  registerCan,       registerHome,
+        registerJog,        registerSecurity,    registerUnits,   registerRecord,    registerInfo,
+        registerReplay,     registerExport,      registerPlot,    registerConsole,   registerTeleop,
+        registerMonteCarlo, registerCooperative, registerPresets, registerNew,       registerCompletion}) {
     part(app, exit_code);
   }
   requireFiniteNumbers(app);
+  if (argc > 1 && std::string(argv[1]) == kComplete) {
+    for (const std::string& word : completions(app, {argv + 2, argv + argc}))
+      std::cout << word << '\n';
+    return kOk;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -16,6 +16,7 @@ using Register = void(CLI::App& app, int& exit_code);
 Register registerFk, registerSolve, registerValidate, registerTopics, registerStatus, registerUp, registerExperiment,
     registerRobot, registerSchema, registerStability, registerWorkspace, registerPlan, registerCan, registerHome,
     registerJog, registerDoctor, registerSecurity, registerUnits, registerRecord, registerInfo, registerReplay,
-    registerExport, registerPlot, registerConsole, registerTeleop, registerMonteCarlo, registerPresets;
+    registerExport, registerPlot, registerConsole, registerTeleop, registerMonteCarlo, registerPresets, registerNew,
+    registerCompletion;
 
 }  // namespace tandem::cli

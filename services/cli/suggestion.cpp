@@ -8,6 +8,14 @@
 namespace tandem::cli {
 namespace {
 
+bool has(const std::vector<std::string>& names, const std::string& word) {
+  return std::find(names.begin(), names.end(), word) != names.end();
+}
+
+std::string ask(const std::string& word) { return word.empty() ? "" : "Did you mean `" + word + "`?"; }
+
+}  // namespace
+
 std::vector<std::string> subcommandsOf(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::App* part : app.get_subcommands([](const CLI::App*) { return true; }))
@@ -15,7 +23,6 @@ std::vector<std::string> subcommandsOf(const CLI::App& app) {
   return names;
 }
 
-/// Long options of a subcommand, and those of all that it belongs to.
 std::vector<std::string> optionsOf(const CLI::App* app) {
   std::vector<std::string> names;
   for (; app; app = app->get_parent()) {
@@ -26,14 +33,6 @@ std::vector<std::string> optionsOf(const CLI::App* app) {
   }
   return names;
 }
-
-bool has(const std::vector<std::string>& names, const std::string& word) {
-  return std::find(names.begin(), names.end(), word) != names.end();
-}
-
-std::string ask(const std::string& word) { return word.empty() ? "" : "Did you mean `" + word + "`?"; }
-
-}  // namespace
 
 std::string suggestion(const CLI::App& app, const std::vector<std::string>& words) {
   const CLI::App* part = &app;

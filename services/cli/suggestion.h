@@ -12,4 +12,10 @@ namespace tandem::cli {
 /// first unknown long option; empty if nothing is similar. @param words  without the name of the program
 std::string suggestion(const CLI::App& app, const std::vector<std::string>& words);
 
+/// Names of an app's subcommands.
+std::vector<std::string> subcommandsOf(const CLI::App& app);
+
+/// Long options of a subcommand, and those of all that it belongs to.
+std::vector<std::string> optionsOf(const CLI::App* app);
+
 }  // namespace tandem::cli
