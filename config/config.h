@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <set>
@@ -197,6 +198,7 @@ struct Deployment {
   double sim_rotation_acceleration = safety::kUnlimited;     ///< rad/s^2
   double status_period = 0.05;   ///< s, of hal/status, control/status for displays, arm_x/...
   double idle_power_off = 60.0;  ///< s without commands until power goes off, if the arm keeps its position without
+  double least_clearance = -std::numeric_limits<double>::infinity();  ///< of bodies, m, else moving arms stop
   double emergency_stop_budget = 0.0;  ///< longest time between reports on topic emergency_stop, s; 0: no such reports
   int realtime_priority = 0;           ///< SCHED_FIFO priority of the periodic threads, 0 = default scheduling
   bool lock_memory = false;

@@ -124,6 +124,8 @@ void checkMemory(const Map& map, const Deployment& deployment) {
 }
 
 void checkTiming(const Map& map, const Deployment& deployment) {
+  if (map.has("least_clearance") && deployment.clock == ClockMode::kLockStep)
+    map.fail("least_clearance", "found in lock-step, which does not monitor it; expected clock: real_time");
   if (deployment.emergency_stop_budget > 0.0 && deployment.clock == ClockMode::kLockStep)
     map.fail("emergency_stop_topic",
              "found in lock-step, which does not monitor this topic; expected clock: real_time");

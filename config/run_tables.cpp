@@ -107,6 +107,9 @@ const Mapping& budgetsTable() {
                    "age of a measured tip, or so many control periods as age_periods says, judged by control",
                    &B::tip_measurement)
               .atMost(kLongestTime),
+          positive("clearance", kTime, "age of the distance of bodies, with least_clearance; judged by control",
+                   &B::clearance)
+              .atMost(kLongestTime),
           number("drive_heartbeat", kTime, "the drives' budget for hal's heartbeat", &B::drive_heartbeat)
               .within(1e-3, 60),
           positive("lease", kTime, "silence after which the control lease is lost", &B::lease).atMost(kLongestTime),
@@ -303,6 +306,12 @@ const Mapping& deploymentTable() {
                    "a warning is repeated",
                    &D::idle_power_off)
               .orUnlimited(),
+          number("least_clearance", kLength,
+                 "interlock: moving arms stop and latch the fault `clearance` if their bodies, or a body and the port, "
+                 "come closer; negative values allow an overlap",
+                 &D::least_clearance)
+              .within(-0.1, 0.1)
+              .defaultNote("no interlock"),
           number("emergency_stop_topic", kTime,
                  "longest silence of topic emergency_stop; a longer silence, or a pressed stop, stops all arms",
                  &D::emergency_stop_budget)

@@ -15,6 +15,7 @@ ControlCore::ControlCore(const ControlSetup& setup,
                          ObjectControl* object_control)
     : setup_(setup),
       lease_(setup.lockStep() ? setup.deployment.budgets.lock_step : setup.deployment.budgets.lease),
+      interlock_(setup.deployment.least_clearance, setup.deployment.budgets.clearance),
       drives_(setup),
       arms_(setup, drives_),
       motions_(setup, drives_),
@@ -234,6 +235,11 @@ void ControlCore::watch(std::int64_t now) noexcept {
     return;  // stamps are simulated time there; a dead process stalls the simulation
   arms_.giveUpPending(now);
   if (const safety::FaultRecord record = drives_.judge(now); record.faults != 0)
+    arms_.latchMoving(record);
+  bool moving = false;
+  for (int k = 0; k < setup_.arms(); ++k)
+    moving = moving || arms_.powered(k);
+  if (const safety::FaultRecord record = interlock_.judge(clearance_, moving, now); record.faults != 0)
     arms_.latchMoving(record);
   if (!reference_.underWay(drives_.state()))
     return;

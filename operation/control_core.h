@@ -7,6 +7,7 @@
 #include "operation/joint_motions.h"
 #include "operation/manual_control.h"
 #include "operation/requests.h"
+#include "safety/clearance_interlock.h"
 #include "safety/control_lease.h"
 
 namespace tandem::operation {
@@ -41,6 +42,8 @@ class ControlCore {
   }
   void onTips(const msg::TipPoses& tips) noexcept { loop_.onTips(tips); }
   void onInput(const msg::TeleopInput& input, std::int64_t now) noexcept { manual_.onInput(input, context(now)); }
+  /// The newest measured distance of bodies; for the interlock.
+  void onClearance(const safety::ClearanceSample& sample) noexcept { clearance_ = sample; }
   void stop() noexcept;  ///< the stop topic: all arms into FAULT
   /// A sender with another robot or deployment publishes commands or measurements: moving arms stop, and no motion
   /// starts until one second after it.
@@ -83,6 +86,8 @@ class ControlCore {
 
   ControlSetup setup_;
   safety::ControlLease lease_;
+  safety::ClearanceInterlock interlock_;
+  safety::ClearanceSample clearance_;
   DriveExchange drives_;
   ArmStates arms_;
   JointMotions motions_;

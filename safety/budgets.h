@@ -13,6 +13,7 @@ struct Budgets {
   double planning_reference = 0.250;  ///< age of planning's reference, checked by control
   double teleoperation = 0.100;       ///< age of an operator's stream, checked by control
   double tip_measurement = 0.100;     ///< age of a measured tip, checked by control
+  double clearance = 0.500;           ///< age of the distance of bodies, checked by control with `least_clearance`
   double drive_heartbeat = 0.100;     ///< the drives' budget for hal's heartbeat
   double lease = 1.0;                 ///< time without heartbeat after which the control lease is lost
   double lost_samples = 0.05;         ///< share of the last 100 states, commands or frames of a drive that may be lost

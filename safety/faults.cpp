@@ -26,6 +26,8 @@ std::string describe(const FaultRecord& record, const ArmLimits* limits) {
   if (record.amount == 0.0 && record.allowed == 0.0)
     return text;
   const bool share = record.cause == FaultCause::kLost;
+  if ((record.faults & bit(Fault::kClearance)) != 0 && record.cause == FaultCause::kUnspecified)
+    return text + ": " + number(1e3 * record.amount) + " mm, expected at least " + number(1e3 * record.allowed) + " mm";
   const bool known = limits != nullptr && record.joint < limits->jointCount();
   const std::string unit = share                                 ? " of the last 100"
                            : !has_joint                          ? " s"
@@ -67,6 +69,9 @@ std::string_view remedy(Fault fault) {
     case Fault::kMismatch:
       return "`tandem status` lists the other process and the keys that differ: stop it, or start it with the same "
              "files; then disable and enable.";
+    case Fault::kClearance:
+      return "`tandem status` names the nearest bodies. Disable to clear the fault, enable, then jog them apart: only "
+             "an approach stops the arms again.";
     case Fault::kNotFinite:
     case Fault::kStepTooLarge:
       break;

@@ -318,6 +318,20 @@ void Client::releaseLease() {
   control(request);
 }
 
+namespace {
+
+/// ": in FAULT: clearance. What to do."; empty without a fault.
+std::string describeFaults(const dds::ControlStatus& status) {
+  for (std::size_t k = 0; k < status.arm_count; ++k) {
+    if (const safety::FaultMask faults = status.faults[k]; faults != 0)
+      return ": in FAULT: " + safety::describeFaults(faults) + ". " +
+             std::string(safety::remedy(static_cast<safety::Fault>(faults & -faults)));
+  }
+  return {};
+}
+
+}  // namespace
+
 void Client::stateCommand(const std::string& command) {
   dds::ControlRequest request;
   request.kind = static_cast<std::uint8_t>(dds::ControlKind::kStateCommand);
@@ -345,7 +359,7 @@ void Client::stateCommand(const std::string& command) {
                                 "; `tandem can monitor` shows nodes that do not start");
   if (!reached)
     throw Failure(kFailure, "'" + command + "' was accepted, but not all arms are " + std::string(name(wanted)) +
-                                "; see `tandem status`");
+                                describeFaults(now.status) + "; see `tandem status`");
 }
 
 void Client::setMethod(control::Method method) {

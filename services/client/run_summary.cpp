@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdio>
 
 #include "planning/follower.h"
@@ -47,6 +48,8 @@ nlohmann::ordered_json summaryJson(const dds::RunSummary& summary, const config:
                               {"tasks", nlohmann::ordered_json::array()},
                               {"gate_interventions", summary.gate_interventions},
                               {"limits", nlohmann::ordered_json::array()}};
+  if (std::isfinite(summary.least_clearance))
+    json["least_clearance_m"] = summary.least_clearance;
   for (std::size_t k = 0; k < summary.task_count; ++k)
     json["tasks"].push_back({{"task", describeTask(summary, k, robot)},
                              {"rms_m", summary.rms[k]},
@@ -73,6 +76,11 @@ std::string describeSummary(const nlohmann::ordered_json& summary) {
   text += format("  points reached: %u of %u; time %.1f s; gate: %llu interventions\n",
                  summary["reached"].get<unsigned>(), summary["points"].get<unsigned>(),
                  summary["duration_s"].get<double>(), summary["gate_interventions"].get<unsigned long long>());
+  if (summary.contains("least_clearance_m")) {
+    const double least = millimetres(summary["least_clearance_m"]);
+    text += least < 0.0 ? format("  WARNING: bodies overlapped by up to %.3f mm\n", -least)
+                        : format("  least distance of bodies: %.3f mm\n", least);
+  }
   for (const auto& limit : summary["limits"])
     text += format("  %s restricted the motion in %.3g %% of the control periods\n",
                    limit["limit"].get<std::string>().c_str(), 100.0 * limit["share"].get<double>());

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/control/clearance_publisher.h"
 
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 
 #include "operation/convert.h"
+#include "robots/overlap.h"
 
 namespace tandem::control_service {
 namespace {
@@ -73,12 +76,47 @@ dds::Clearances ClearanceMeter::measure(const dds::ActuationState& state) {
 }
 
 ClearancePublisher::ClearancePublisher(dds::Bus& bus, const runtime::Setup& setup, const robots::RobotModel& robot)
-    : measures_(!robot.models().empty()),
+    : robot_(robot),
+      file_(setup.robot),
+      measures_(!robot.models().empty()),
       meter_(setup, robot),
       writer_(bus.writer(dds::kControlClearance)),
       states_(outbox_.latest<dds::ActuationState>([this](const dds::ActuationState& state) {
         if (state.sequence > 0)
-          writer_.write(meter_.measure(state));
+          measure(state);
       })) {}
+
+void ClearancePublisher::measure(const dds::ActuationState& state) {
+  const dds::Clearances clearances = meter_.measure(state);
+  const auto arms = static_cast<std::size_t>(robot_.armCount());
+  const std::size_t expected = arms * (arms - 1) / 2 + (meter_.hasPort() ? arms : 0);
+  double distance = std::numeric_limits<double>::infinity();
+  for (const dds::BodyClearance& body : clearances.bodies)
+    distance = std::min(distance, body.distance);
+  if (clearances.bodies.size() < expected)
+    distance = std::numeric_limits<double>::quiet_NaN();
+  distance_.store(distance, std::memory_order_release);
+  stamp_.store(runtime::monotonicNow(), std::memory_order_release);
+  reportOverlap(state, distance);
+  writer_.write(clearances);
+}
+
+/// Once for each time that arms begin to overlap.
+void ClearancePublisher::reportOverlap(const dds::ActuationState& state, double distance) {
+  constexpr double kApart = 50e-6;  // m
+  if (overlapped_ ? distance > kApart : distance < 0.0) {
+    overlapped_ = !overlapped_;
+    if (!overlapped_)
+      return spdlog::info("the bodies are apart again");
+    std::vector<Eigen::VectorXd> joints;
+    for (int k = 0; k < robot_.armCount(); ++k)
+      joints.emplace_back(dds::jointsOf(state.position, k, robot_.size(k)));
+    const std::vector<std::string> overlaps = robots::describeOverlaps(file_, robot_, joints);
+    for (const std::string& overlap : overlaps)
+      spdlog::warn("{}", overlap);
+    if (overlaps.empty())
+      spdlog::warn("a body is {:.3g} mm inside the wall of the port", -1e3 * distance);
+  }
+}
 
 }  // namespace tandem::control_service

@@ -2,8 +2,12 @@
 /** @file Publication of distances between the arms' bodies and to the port. */
 #pragma once
 
+#include <atomic>
+#include <limits>
+
 #include "kinematics/clearance.h"
 #include "robots/robot_model.h"
+#include "safety/clearance_interlock.h"
 #include "services/runtime/outbox.h"
 #include "services/runtime/process.h"
 
@@ -16,6 +20,8 @@ class ClearanceMeter {
   ClearanceMeter(const runtime::Setup& setup, const robots::RobotModel& robot);
   /// Omits arms without valid measurements or without a solution of their model. Allocates.
   dds::Clearances measure(const dds::ActuationState& state);
+  /// Whether distances to the port are among them.
+  bool hasPort() const { return setup_.deployment.port.has_value(); }
 
  private:
   bool makeBody(const dds::ActuationState& state, int k);
@@ -36,6 +42,10 @@ class ClearancePublisher {
   /// Before enterRealtime(): the thread inherits the scheduling of the caller.
   void start() { outbox_.start(); }
   void stop() { outbox_.stop(); }
+  /// Smallest distance of the last measurement. Wait-free; from any thread.
+  safety::ClearanceSample nearest() const noexcept {
+    return {distance_.load(std::memory_order_acquire), stamp_.load(std::memory_order_acquire)};
+  }
   /// Wait-free; from one thread. No effect for catheters.
   void post(const dds::ActuationState& state) noexcept {
     if (measures_)
@@ -43,7 +53,15 @@ class ClearancePublisher {
   }
 
  private:
+  void measure(const dds::ActuationState& state);
+  void reportOverlap(const dds::ActuationState& state, double distance);
+
+  const robots::RobotModel& robot_;
+  const config::Robot& file_;
   bool measures_;
+  bool overlapped_ = false;
+  std::atomic<double> distance_{std::numeric_limits<double>::infinity()};
+  std::atomic<std::int64_t> stamp_{0};
   ClearanceMeter meter_;
   dds::Writer<dds::Clearances> writer_;
   runtime::Outbox outbox_;

@@ -217,6 +217,7 @@ class RealTime {
     }
     takeOperators(tick.now);
     const runtime::LoopStatistics& s = shell_.loop().statistics();
+    service_.core.onClearance(service_.clearance.nearest());
     service_.core.cycle(tick.now, false, output_);
     fillTiming(s, output_.status);
     service_.owner.store(output_.status.lease_owner, std::memory_order_relaxed);

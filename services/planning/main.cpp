@@ -50,6 +50,7 @@ class Planner {
     std::optional<dds::Reader> tips;
     if (setup_.deployment.feedback == planning::Feedback::kSensor)
       tips = bus_.reader(dds::kSensingTips, put);
+    const auto clearances = bus_.reader(dds::kControlClearance, put);
     const auto requests = bus_.reader(dds::kPlanningRequest, put);
     const auto computations = bus_.reader(
         dds::kPlanningCompute, [this](const dds::ComputationRequest& request) { handler_.onRequest(request); });
@@ -78,6 +79,7 @@ class Planner {
   void take(const dds::ActuationState& state) { core_.onState(state); }
   void take(const dds::TipPoses& tips) { core_.onTips(tips); }
   void take(const dds::ControlStatus& status) { core_.onStatus(status); }
+  void take(const dds::Clearances& clearances) { core_.onClearances(clearances); }
   void take(planning_service::Plan plan) { core_.onPlan(std::move(plan)); }
   void take(const dds::PlanningRequest& request) {
     std::optional<dds::Path> path;
@@ -118,9 +120,13 @@ class Planner {
 
   const runtime::Setup& setup_;
   std::atomic<std::uint64_t> gate_interventions_{0};
-  runtime::
-      EventLoop<dds::ActuationState, dds::TipPoses, dds::ControlStatus, dds::PlanningRequest, planning_service::Plan>
-          loop_;
+  runtime::EventLoop<dds::ActuationState,
+                     dds::TipPoses,
+                     dds::ControlStatus,
+                     dds::Clearances,
+                     dds::PlanningRequest,
+                     planning_service::Plan>
+      loop_;
   dds::Bus bus_;
   dds::Writer<dds::PlanningReference> references_;
   dds::Writer<dds::Reply> replies_;

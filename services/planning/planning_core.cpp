@@ -104,6 +104,11 @@ void PlanningCore::onState(const dds::ActuationState& state) {
   }
 }
 
+void PlanningCore::onClearances(const dds::Clearances& clearances) {
+  if (active())
+    recorder_.add(clearances);
+}
+
 void PlanningCore::onStatus(const dds::ControlStatus& status) {
   const bool control_restarted = status_.session != 0 && status.session != status_.session;
   status_ = status;

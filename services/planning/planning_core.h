@@ -28,6 +28,7 @@ class PlanningCore {
 
   void onState(const dds::ActuationState& state);
   void onStatus(const dds::ControlStatus& status);
+  void onClearances(const dds::Clearances& clearances);
   void onTips(const dds::TipPoses& tips);
   /// Stores the last trajectory that was found feasible: it may run with its planned joints.
   void onPlan(Plan plan) { plan_ = std::move(plan); }

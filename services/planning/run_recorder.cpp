@@ -12,9 +12,19 @@ void RunRecorder::start(std::int64_t now, std::uint64_t interventions) {
   interventions_ = interventions;
   periods_ = 0;
   limits_.clear();
+  least_clearance_ = std::numeric_limits<double>::infinity();
+}
+
+void RunRecorder::add(const dds::Clearances& clearances) {
+  for (const dds::BodyClearance& body : clearances.bodies)
+    least_clearance_ = std::min(least_clearance_, body.distance);
 }
 
 void RunRecorder::add(const dds::ControlStatus& status) {
+  for (std::size_t k = 0; k < status.arm_count; ++k) {
+    if (static_cast<safety::OperatingState>(status.operating_state[k]) == safety::OperatingState::kPaused)
+      return;
+  }
   ++periods_;
   for (std::size_t k = 0; k < status.limit_count; ++k) {
     if (status.limit_arm[k] < robot_.arms.size())
@@ -48,6 +58,7 @@ dds::RunSummary RunRecorder::summary(std::int64_t now,
     summary.percentile_95[k] = errors[k].percentile(0.95);
     summary.maximum[k] = errors[k].maximum();
   }
+  summary.least_clearance = least_clearance_;
   std::vector<std::pair<std::uint64_t, Limit>> limits;
   for (const auto& [limit, count] : limits_)
     limits.emplace_back(count, limit);

@@ -2,6 +2,7 @@
 /** @file Summary of a run for planning/summary. */
 #pragma once
 
+#include <limits>
 #include <map>
 #include <string>
 #include <tuple>
@@ -9,6 +10,7 @@
 #include "config/config.h"
 #include "planning/reference.h"
 #include "robots/run.h"
+#include "safety/faults.h"
 #include "services/dds/messages.h"
 
 namespace tandem::planning_service {
@@ -22,7 +24,9 @@ class RunRecorder {
 
   /// @param now  ns  @param interventions  of the gate since the drive side started
   void start(std::int64_t now, std::uint64_t interventions);
-  /// One control period of the run.
+  /// Distances of bodies during the run.
+  void add(const dds::Clearances& clearances);
+  /// One control period of the run; those while it is paused do not count.
   void add(const dds::ControlStatus& status);
   /// @param reference  the last one of the run  @param reason  of a failed run
   dds::RunSummary summary(std::int64_t now,
@@ -38,6 +42,7 @@ class RunRecorder {
   std::int64_t started_ = 0;
   std::uint64_t interventions_ = 0;
   std::uint64_t periods_ = 0;
+  double least_clearance_ = std::numeric_limits<double>::infinity();  ///< m
   std::map<Limit, std::uint64_t> limits_;  ///< number of periods in which each limit restricted the tasks
 };
 

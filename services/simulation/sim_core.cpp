@@ -114,7 +114,13 @@ void SimCore::status(dds::HalStatus& status) const noexcept {
   status.caught_up = caught_up_;
   status.left_out = left_out_;
   for (int k = 0; k < drives_.armCount(); ++k)
-    status.snaps[static_cast<std::size_t>(k)] = tips_ ? tips_->snaps(k) : 0;
+    if (tips_) {
+      const auto i = static_cast<std::size_t>(k);
+      const sim::Snaps& snaps = tips_->snapsOf(k);
+      status.snaps[i] = snaps.count;
+      status.snap_energy[i] = snaps.energy;
+      status.snap_distance[i] = snaps.distance;
+    }
 }
 
 void SimCore::fillHead(dds::TipPoses& tips) const noexcept {

@@ -114,9 +114,11 @@ export class Hud implements Panel {
     const other = nearest ? (nearest.other_arm === port ? "port" : `arm ${this.names[nearest.other_arm] ?? "?"}`) : "";
     setText(
       this.near,
-      nearest
-        ? `arm ${this.names[nearest.arm] ?? "?"} to ${other}: ${millimetres(nearest.distance)} mm`
-        : "distance between arms: not known",
+      !nearest
+        ? "distance between arms: not known"
+        : nearest.distance < 0
+          ? `arm ${this.names[nearest.arm] ?? "?"} and ${other} overlap by ${millimetres(-nearest.distance)} mm`
+          : `arm ${this.names[nearest.arm] ?? "?"} to ${other}: ${millimetres(nearest.distance)} mm`,
     );
     setShown(this.near, this.c.robot.capabilities.computation);
     setClass(this.near, "danger", nearest !== null && nearest.distance < 0.001);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem status: state of a running system. */
+#include <unistd.h>
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -49,6 +51,8 @@ nlohmann::ordered_json armStatusJson(const config::Robot& robot, const client::S
   }
   arm["joints"] = joints;
   arm["plant_snaps"] = s.hal.snaps[k];
+  arm["plant_snap_energy_J"] = s.hal.snap_energy[k];
+  arm["plant_snap_distance_m"] = s.hal.snap_distance[k];
   arm["model_snaps"] = s.status.snaps[k];
   return arm;
 }
@@ -165,6 +169,9 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment,
   return json;
 }
 
+/// Moves to the upper left corner of a terminal and clears it.
+constexpr const char* kClear = "\x1b[H\x1b[J";
+
 /** Services that have published nothing for a while. */
 class Silence {
  public:
@@ -247,6 +254,8 @@ int run(const std::string& name, double wait, bool as_json, bool follow) {
     if (as_json) {
       std::cout << json.dump() << std::endl;
     } else {
+      if (isatty(STDOUT_FILENO) != 0)
+        std::cout << kClear;
       printStatus(json);
     }
   }

@@ -50,6 +50,11 @@ void printStatus(const nlohmann::ordered_json& json) {
     std::cout << describeIdle(arm["idle_s"].get<double>(), arm["idle_left_s"].get<double>());
     if (const auto drive = arm["drive_fault"].get<std::string>(); !drive.empty())
       std::cout << "\n    drives: " << drive;
+    if (arm["plant_snaps"].get<unsigned>() > 0)
+      std::printf("\n    snaps of the plant: %u, released %.3g mJ, longest way of the tip %.2f mm",
+                  arm["plant_snaps"].get<unsigned>(), 1e3 * arm["plant_snap_energy_J"].get<double>(),
+                  1e3 * arm["plant_snap_distance_m"].get<double>());
+    std::fflush(stdout);
     std::cout << "\n    joints (m, rad):";
     for (double q : arm["joints"])
       std::printf(" %.5f", q);
@@ -59,6 +64,13 @@ void printStatus(const nlohmann::ordered_json& json) {
   const auto& t = json["trajectory"];
   std::cout << "  trajectory: " << t["phase"].get<std::string>() << ", point " << t["point"] << " of " << t["points"]
             << ", " << t["iterations"] << " iterations\n";
+  if (const auto& errors = json["errors_m"]; !errors.empty()) {
+    std::printf("  errors of the tasks, mm:");
+    for (const auto& error : errors)
+      std::printf(" %.3f", 1e3 * error.get<double>());
+    std::printf("\n");
+    std::fflush(stdout);
+  }
   if (json.contains("last_run"))
     std::cout << "  last run: " << client::describeEnd(json["last_run"]) << client::describeSummary(json["last_run"]);
   if (const auto hold = json["hold"].get<std::string>(); !hold.empty())
@@ -70,8 +82,9 @@ void printStatus(const nlohmann::ordered_json& json) {
     std::cout << "  limits " << json["limits"]["how"].get<std::string>() << ": " << text << '\n';
   }
   for (const auto& body : json["clearance"])
-    std::printf("  %s to %s: %.3f mm\n", body["arm"].get<std::string>().c_str(),
-                body["other"].get<std::string>().c_str(), 1e3 * body["distance_m"].get<double>());
+    std::printf("  %s to %s: %.3f mm%s\n", body["arm"].get<std::string>().c_str(),
+                body["other"].get<std::string>().c_str(), 1e3 * body["distance_m"].get<double>(),
+                body["distance_m"].get<double>() < 0.0 ? ": they overlap" : "");
   std::fflush(stdout);
   const auto& c = json["control"];
   std::printf(

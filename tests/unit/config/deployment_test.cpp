@@ -101,6 +101,7 @@ budgets:
   lock_step_s: 40
   lost_samples: 0.02
   tip_measurement_ms: 70
+  clearance_ms: 80
 method: snsqp
 method_library: lib/own.so
 relative_gain_per_s: 4
@@ -148,6 +149,7 @@ teleoperation:
 console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operator_token: o, viewer_token: v, origins: ["https://a.example:1"]}
 idle_power_off_s: 45
 emergency_stop_topic_ms: 400
+least_clearance_mm: -0.2
 )";
   // Keys that exclude these are in the file of another test.
   expectEveryKey(text + kHosts + "security: credentials", deploymentTable());
@@ -155,6 +157,7 @@ emergency_stop_topic_ms: 400
   EXPECT_EQ(d.name, "lab");
   EXPECT_EQ(d.idle_power_off, 45.0);
   EXPECT_EQ(d.emergency_stop_budget, 0.4);
+  EXPECT_NEAR(d.least_clearance, -0.0002, 1e-15);
   EXPECT_EQ(d.robot.filename(), "ark2024-as-printed.yaml");
   EXPECT_EQ(d.hardware.filename(), "ark2024-two-buses.yaml");
   EXPECT_EQ(d.prefix, "lab_1");
@@ -237,6 +240,7 @@ emergency_stop_topic_ms: 400
   EXPECT_EQ(d.processes.at(0).arguments, (std::vector<std::string>{"--quiet", "7"}));
   EXPECT_FALSE(d.processes.at(0).is_service);
   EXPECT_EQ(d.budgets.tip_measurement, 0.07);
+  EXPECT_EQ(d.budgets.clearance, 0.08);
   EXPECT_EQ(d.model, "compliant");
   EXPECT_EQ(d.feedback, planning::Feedback::kSensor);
   expectPlant(d.plant);
@@ -257,6 +261,8 @@ TEST(Deployment, Refusals) {
       {"[127.0.0.1]", "[localhost]", "localhost", 0, "peers[0]",
        "found the text \"localhost\", expected an IPv4 address"},
       {"clock: real_time", "clock: sundial", "sundial", 0, "clock", "expected one of real_time, lock_step"},
+      {"clock: real_time", "clock: lock_step\nleast_clearance_mm: 1.25", "1.25", 0, "least_clearance_mm",
+       "found in lock-step"},
       {"clock: real_time", "clock: lock_step\nemergency_stop_topic_ms: 300", "300", 0, "emergency_stop_topic_ms",
        "expected clock: real_time"},
       {"sim_period_ms: 1\n", "sim_period_ms: 200\n", "200", 0, "sim_period_ms",

@@ -24,8 +24,9 @@ using planning_service::ComputationRequestHandler;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
-std::string lineOf(double z, int points = 5) {
+std::string lineOf(double z, int points = 5, int arm = 0) {
   planning::TrajectorySpec spec;
+  spec.arm = arm;
   spec.name = "line";
   spec.shape = planning::Line{{0.0, 0.0, z}};
   spec.point_count = points;
@@ -97,9 +98,9 @@ TEST(Computation, RefusalsNameTheKeyWhatWasFoundAndWhatWasExpected) {
       {[](auto& r) { r.trajectory = "tandem: [trajectory/1"; }, dds::ReplyCode::kMalformed, {"trajectory:"}},
       {[](auto& r) { r.trajectory = lineOf(0.01) + "color: red\n"; }, dds::ReplyCode::kMalformed, {"color"}},
       {[](auto& r) { r.trajectory = lineOf(kNan); }, dds::ReplyCode::kMalformed, {"displacement_m", "nan", "expected"}},
-      {[](auto& r) { r.trajectory = lineOf(0.01).replace(lineOf(0.01).find("arm: 0"), 6, "arm: 6"); },
+      {[](auto& r) { r.trajectory = lineOf(0.01, 5, 6); },
        dds::ReplyCode::kMalformed,
-       {"trajectory: arm", "6", "0 to 1", "arm_a, arm_b"}},
+       {"trajectory: found arm g, expected a to b", "arm_a, arm_b"}},
       {[](auto& r) { r.trajectory = lineOf(0.01, ComputationProblem::kMostPoints + 1); },
        dds::ReplyCode::kMalformed,
        {"points", "2001", "at most 2000"}},
