@@ -45,7 +45,7 @@ std::vector<std::string> valuesOf(const CLI::Option& option) {
       values.push_back(value);
     return values;
   }
-  const std::string name = option.get_single_name();
+  const std::string& name = option.get_single_name();
   if (name == "robot") {
     std::vector<std::string> kinds;
     for (const config::RobotFile& robot : config::robotFiles())

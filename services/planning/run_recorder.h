@@ -10,7 +10,7 @@
 #include "config/config.h"
 #include "planning/reference.h"
 #include "robots/run.h"
-#include "safety/faults.h"
+#include "safety/operating_state.h"
 #include "services/dds/messages.h"
 
 namespace tandem::planning_service {
