@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem new: a file of a kind to begin with, from a preset, with all keys that it does not use as comments. */
 #include <algorithm>
+#include <cctype>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -112,12 +113,20 @@ int runNew(const NewCommand& options) {
 
 void registerNew(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<NewCommand>();
+  const CLI::Validator name(
+      [](const std::string& text) {
+        const bool good = !text.empty() && std::ranges::all_of(text, [](unsigned char c) {
+          return std::isalnum(c) != 0 || c == '-' || c == '_';
+        });
+        return good ? "" : "found '" + text + "', expected letters, digits, - and _";
+      },
+      "");
   CLI::App* command =
       app.add_subcommand("new", "write a robot, trajectory, experiment or deployment file to begin with");
   command->add_option("kind", options->kind, "kind of file")
       ->required()
       ->check(CLI::IsMember({"robot", "trajectory", "experiment", "deployment"}));
-  command->add_option("name", options->name, "its name")->required();
+  command->add_option("name", options->name, "its name: letters, digits, - and _")->required()->check(name);
   command->add_option("--arms", options->arms, "1: begin as a preset with one arm")
       ->check(CLI::Range(1, 2))
       ->capture_default_str();

@@ -58,7 +58,8 @@ class New(unittest.TestCase):
         path, _ = self.new("robot", "lab")
         before = path.read_text()
         for options, text in ((("robot", "x", "-o", path), "found a file of this name"), (("robto", "x"), "robot,trajectory"),
-                              (("trajectory", "x", "--from", "crcle", "-o", "-"), "circle"), (("robot",), "name is required")):
+                              (("trajectory", "x", "--from", "crcle", "-o", "-"), "circle"), (("robot",), "name is required"),
+                              (("robot", "x: y"), "found 'x: y', expected letters"), (("robot", "../x"), "expected letters")):
             with self.subTest(options=options):
                 answer = system.run("new", *options)
                 self.assertEqual(answer.returncode, 2, answer.stdout)
