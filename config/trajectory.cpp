@@ -158,11 +158,8 @@ void readTasks(const Map& map, planning::TrajectorySpec& spec) {
 planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::path& folder) {
   auto spec = map.read<planning::TrajectorySpec>();
   readTasks(map, spec);
-  if (spec.arm == spec.other_arm) {
-    map.fail(map.has("tasks")       ? "tasks"
-             : map.has("other_arm") ? "other_arm"
-                                    : "arm",
-             "found the same arm twice, expected two arms");
+  if (const std::string wrong = spec.wrongArms(safety::kMaxArms); !wrong.empty()) {
+    map.fail(map.has("tasks") ? "tasks" : map.has("other_arm") ? "other_arm" : "arm", wrong);
   }
   spec.shape = readShape(map.map("shape"), folder);
   if (!map.isWord("relative"))
