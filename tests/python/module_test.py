@@ -195,12 +195,14 @@ class Loops(ModuleTest):
         self.assertLess(worst(tandem.run(self.robot, circle, plant=plant, feedback="sensor")), circle.tolerance)
         self.assertGreater(worst(tandem.run(self.robot, circle, plant=plant)), circle.tolerance)
 
-    def test_plants_that_are_refused(self):
+    def test_plants_and_trajectories_that_are_refused(self):
         for plant, text in (({"frictoin": 1}, "plant:1:.*frictoin: unknown key"),
                             ({"tracker": {"rate_Hz": -1}}, "tracker.rate_Hz: found -1"),
                             ({"tube_errors": [{"arm": "q", "tube": 1}]}, "expected an arm of the robot")):
             with self.subTest(plant=plant), self.assertRaisesRegex(tandem.ConfigError, text):
                 tandem.Simulator(self.robot, plant=plant)
+        with self.assertRaisesRegex(ValueError, "trajectory circle: found arm b, expected a"):
+            tandem.run(tandem.Robot.load("timc2024"), tandem.Trajectory.load("circle"))
         for feedback, text in (("sensor", "without a tracker"), ("eyes", "expected 'model' or 'sensor'")):
             with self.subTest(feedback=feedback), self.assertRaisesRegex(ValueError, text):
                 tandem.run(self.robot, tandem.Trajectory.load("circle"), feedback=feedback)
