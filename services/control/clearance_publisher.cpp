@@ -76,8 +76,8 @@ dds::Clearances ClearanceMeter::measure(const dds::ActuationState& state) {
 }
 
 ClearancePublisher::ClearancePublisher(dds::Bus& bus, const runtime::Setup& setup, const robots::RobotModel& robot)
-    : robot_(robot),
-      file_(setup.robot),
+    : setup_(setup),
+      robot_(robot),
       measures_(!robot.models().empty()),
       meter_(setup, robot),
       writer_(bus.writer(dds::kControlClearance)),
@@ -89,7 +89,7 @@ ClearancePublisher::ClearancePublisher(dds::Bus& bus, const runtime::Setup& setu
 void ClearancePublisher::measure(const dds::ActuationState& state) {
   const dds::Clearances clearances = meter_.measure(state);
   const auto arms = static_cast<std::size_t>(robot_.armCount());
-  const std::size_t expected = arms * (arms - 1) / 2 + (meter_.hasPort() ? arms : 0);
+  const std::size_t expected = arms * (arms - 1) / 2 + (setup_.deployment.port ? arms : 0);
   double distance = std::numeric_limits<double>::infinity();
   for (const dds::BodyClearance& body : clearances.bodies)
     distance = std::min(distance, body.distance);
@@ -111,7 +111,7 @@ void ClearancePublisher::reportOverlap(const dds::ActuationState& state, double 
     std::vector<Eigen::VectorXd> joints;
     for (int k = 0; k < robot_.armCount(); ++k)
       joints.emplace_back(dds::jointsOf(state.position, k, robot_.size(k)));
-    const std::vector<std::string> overlaps = robots::describeOverlaps(file_, robot_, joints);
+    const std::vector<std::string> overlaps = robots::describeOverlaps(setup_.robot, robot_, joints);
     for (const std::string& overlap : overlaps)
       spdlog::warn("{}", overlap);
     if (overlaps.empty())

@@ -20,8 +20,6 @@ class ClearanceMeter {
   ClearanceMeter(const runtime::Setup& setup, const robots::RobotModel& robot);
   /// Omits arms without valid measurements or without a solution of their model. Allocates.
   dds::Clearances measure(const dds::ActuationState& state);
-  /// Whether distances to the port are among them.
-  bool hasPort() const { return setup_.deployment.port.has_value(); }
 
  private:
   bool makeBody(const dds::ActuationState& state, int k);
@@ -56,8 +54,8 @@ class ClearancePublisher {
   void measure(const dds::ActuationState& state);
   void reportOverlap(const dds::ActuationState& state, double distance);
 
+  const runtime::Setup& setup_;
   const robots::RobotModel& robot_;
-  const config::Robot& file_;
   bool measures_;
   bool overlapped_ = false;
   std::atomic<double> distance_{std::numeric_limits<double>::infinity()};
