@@ -47,7 +47,7 @@ std::vector<std::string> linesOf(const std::filesystem::path& file, const NewCom
     if (lines.empty() && key != "tandem")
       continue;
     if (key == "name")
-      line = "name: " + options.name;
+      line = "name: \"" + options.name + '"';  // it may look like a number
     else if (key == "robot")
       line =
           "robot: " + (options.robot.empty() ? std::filesystem::path(line.substr(6)).stem().string() : options.robot);

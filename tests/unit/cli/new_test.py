@@ -40,6 +40,12 @@ class New(unittest.TestCase):
                     if kind != "robot":
                         self.assertIn("# Further keys:", text)
 
+    def test_names_that_look_like_other_values(self):
+        for name in ("123", "null", "1e5"):
+            path, answer = self.new("robot", name)
+            self.assertIn(f"robot {name}:", answer.stdout)
+            self.assertEqual(system.run("validate", path).returncode, 0)
+
     def test_comments_are_the_keys_that_are_left_and_can_be_used(self):
         path, _ = self.new("trajectory", "mine")
         line = next(line for line in path.read_text().splitlines() if line.startswith("# point_duration_s:"))
