@@ -2,6 +2,7 @@
 #include "config/arm_names.h"
 
 #include "config/key_table.h"
+#include "control/conflict.h"
 
 namespace tandem::config {
 namespace {
@@ -42,6 +43,26 @@ std::vector<std::string> shortArmNames(const Robot& robot) {
   for (std::string& name : names)
     name = name.starts_with("arm_") ? name.substr(4) : name;
   return names;
+}
+
+std::string nameOrLetter(const std::string& name, int arm) { return name.empty() ? control::armLetter(arm) : name; }
+
+std::string findArms(planning::TrajectorySpec& trajectory, const Robot& robot) {
+  const std::vector<std::string> names = shortArmNames(robot);
+  const auto resolve = [&](int& index, std::string& name) -> std::string {
+    if (const auto found = findArm(robot, name))
+      index = static_cast<int>(*found);
+    if (index < 0 || static_cast<std::size_t>(index) >= names.size())
+      return "found arm " + nameOrLetter(name, index) + ", expected " +
+             (names.size() == 1 ? names[0] + ", the only arm; for one arm: tasks: [{tip: " + names[0] + "}]"
+                                : join(names, " or "));
+    name = names[static_cast<std::size_t>(index)];
+    return {};
+  };
+  std::string wrong = resolve(trajectory.arm, trajectory.arm_name);
+  if (wrong.empty() && trajectory.hasRelative())
+    wrong = resolve(trajectory.other_arm, trajectory.other_arm_name);
+  return wrong.empty() ? trajectory.wrongArms(static_cast<int>(names.size())) : wrong;
 }
 
 std::string armNames(const Robot& robot) { return namesOf(robot.arms); }

@@ -20,6 +20,13 @@ std::vector<std::string> armList(const Robot& robot);
 /// The same for texts about limits: "a" for "arm_a".
 std::vector<std::string> shortArmNames(const Robot& robot);
 
+/// The name that a trajectory gives an arm, or the arm's letter.
+std::string nameOrLetter(const std::string& name, int arm);
+
+/** Finds the arms that a trajectory names: by name in the robot file first, else by letter or index in its order; their
+ * names replace the letters. @return what is wrong with them for this robot; empty: nothing. */
+std::string findArms(planning::TrajectorySpec& trajectory, const Robot& robot);
+
 /// "arm_a, arm_b", for errors.
 std::string armNames(const Robot& robot);
 std::string armNames(const CooperativeRobot& robot);

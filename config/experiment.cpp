@@ -50,13 +50,11 @@ std::vector<std::string> readStarts(const Map& map, const std::vector<Configurat
   return names;
 }
 
-ExperimentTrajectory readRun(const Map& map, const Experiment& experiment, std::size_t arm_count) {
+ExperimentTrajectory readRun(const Map& map, const Experiment& experiment, const Robot& robot) {
   ExperimentTrajectory run{readTrajectory(map, experiment.file.has_parent_path() ? experiment.file.parent_path() : "."),
                            readStarts(map, experiment.configurations)};
-  if (const std::string wrong = run.spec.wrongArms(static_cast<int>(arm_count)); !wrong.empty()) {
-    const bool known = static_cast<std::size_t>(run.spec.arm) < arm_count;
-    map.fail(map.has("tasks") ? "tasks" : known ? "other_arm" : "arm", wrong);
-  }
+  if (const std::string wrong = findArms(run.spec, robot); !wrong.empty())
+    map.fail(map.has("tasks") ? "tasks" : map.has("other_arm") ? "other_arm" : "arm", wrong);
   for (const ExperimentTrajectory& earlier : experiment.trajectories) {
     if (earlier.spec.name != run.spec.name)
       continue;
@@ -105,7 +103,7 @@ Experiment loadExperiment(const std::filesystem::path& file) {
   for (const Map& entry : map.maps("configurations"))
     experiment.configurations.push_back(readConfiguration(entry, robot));
   for (const Map& entry : map.maps("trajectories")) {
-    experiment.trajectories.push_back(readRun(entry, experiment, robot.arms.size()));
+    experiment.trajectories.push_back(readRun(entry, experiment, robot));
   }
   for (const Map& entry : map.maps("published")) {
     experiment.published.push_back(readPublished(entry, experiment.trajectories));

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <variant>
 
+#include "config/arm_names.h"
 #include "config/cooperative.h"
 #include "config/detail/loaders.h"
 #include "config/file_tables.h"
@@ -80,10 +81,11 @@ Summary summarize(const hal::HardwareConfig& hardware) {
 
 Summary summarize(const planning::TrajectorySpec& spec) {
   return {"trajectory",
-          "trajectory " + spec.name + ": " + shapeName(spec.shape) + " of arm " + std::to_string(spec.arm) + ", " +
+          "trajectory " + spec.name + ": " + shapeName(spec.shape) + " of arm " +
+              nameOrLetter(spec.arm_name, spec.arm) + ", " +
               count(static_cast<std::size_t>(spec.point_count), "point", "points") +
-              (spec.hasRelative() ? ", relative position to arm " + std::to_string(spec.other_arm) + " " +
-                                        (spec.relative.empty() ? "held" : "moved")
+              (spec.hasRelative() ? ", relative position to arm " + nameOrLetter(spec.other_arm_name, spec.other_arm) +
+                                        " " + (spec.relative.empty() ? "held" : "moved")
                                   : ""),
           {}};
 }

@@ -129,6 +129,14 @@ std::vector<Eigen::Vector3d> readPoints(const std::filesystem::path& file) {
 
 namespace {
 
+/// Index of an arm given by letter or by number; kNamedArm: by its name in a robot file.
+int armIndex(const std::string& name) {
+  if (name.size() != 1)
+    return planning::kNamedArm;
+  const int index = name[0] - (name[0] < 'a' ? '0' : 'a');
+  return index < safety::kMaxArms ? index : planning::kNamedArm;
+}
+
 /// `tasks`, of which `arm` and `other_arm` are the short form.
 void readTasks(const Map& map, planning::TrajectorySpec& spec) {
   if (!map.has("tasks"))
@@ -141,13 +149,13 @@ void readTasks(const Map& map, planning::TrajectorySpec& spec) {
   const bool pair = tasks.size() == 2 && tasks.front().has("relative");
   if (!tasks.back().has("tip") || (tasks.size() == 2 && !pair))
     map.fail("tasks", "found other tasks, expected `tip` alone, or `relative` and then `tip`, by priority");
-  spec.arm = tasks.back().read<TrajectoryTask>().tip;
-  spec.other_arm = planning::kNoArm;
+  spec.arm_name = tasks.back().read<TrajectoryTask>().tip;
+  spec.other_arm_name.clear();
   if (pair) {
     const auto relative = tasks.front().read<TrajectoryTask>().relative;
-    if (relative[0] != spec.arm)
+    if (relative[0] != spec.arm_name)
       tasks.front().fail("relative", "found another arm first than that of `tip`, expected the same", 0);
-    spec.other_arm = relative[1];
+    spec.other_arm_name = relative[1];
   } else if (map.has("relative")) {
     map.fail("relative", "found without a task `relative: [a, b]`, expected such a task, or no such key");
   }
@@ -158,9 +166,10 @@ void readTasks(const Map& map, planning::TrajectorySpec& spec) {
 planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::path& folder) {
   auto spec = map.read<planning::TrajectorySpec>();
   readTasks(map, spec);
-  if (const std::string wrong = spec.wrongArms(safety::kMaxArms); !wrong.empty()) {
-    map.fail(map.has("tasks") ? "tasks" : map.has("other_arm") ? "other_arm" : "arm", wrong);
-  }
+  spec.arm = armIndex(spec.arm_name);
+  spec.other_arm = spec.other_arm_name.empty() ? planning::kNoArm : armIndex(spec.other_arm_name);
+  if (spec.arm_name == spec.other_arm_name)
+    map.fail(map.has("other_arm") ? "other_arm" : "arm", "found the same arm twice, expected two arms");
   spec.shape = readShape(map.map("shape"), folder);
   if (!map.isWord("relative"))
     spec.relative.push_back(readShape(map.map("relative"), folder));

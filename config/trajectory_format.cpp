@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <yaml-cpp/yaml.h>
 
+#include "config/arm_names.h"
 #include "config/config.h"
 #include "config/detail/exact.h"
 
@@ -72,10 +73,12 @@ std::string formatTrajectory(const planning::TrajectorySpec& spec) {
   // Quoted: a name may look like a number.
   out << YAML::Key << "name" << YAML::Value << YAML::DoubleQuoted << spec.name;
   out << YAML::Key << "tasks" << YAML::Value << YAML::BeginSeq;
+  const std::string arm = nameOrLetter(spec.arm_name, spec.arm),
+                    other_arm = nameOrLetter(spec.other_arm_name, spec.other_arm);
   if (spec.hasRelative())
     out << YAML::Flow << YAML::BeginMap << YAML::Key << "relative" << YAML::Value << YAML::Flow
-        << std::vector{spec.arm, spec.other_arm} << YAML::EndMap;
-  out << YAML::Flow << YAML::BeginMap << YAML::Key << "tip" << YAML::Value << spec.arm << YAML::EndMap << YAML::EndSeq;
+        << std::vector{arm, other_arm} << YAML::EndMap;
+  out << YAML::Flow << YAML::BeginMap << YAML::Key << "tip" << YAML::Value << arm << YAML::EndMap << YAML::EndSeq;
   putShape(out, "shape", spec.shape);
   if (!spec.relative.empty())
     putShape(out, "relative", spec.relative.front());

@@ -91,12 +91,10 @@ const Mapping kShapeTable{"shape",
 
 template <class Owner, class Value>
 Field armField(const std::string& key, const std::string& description, Value Owner::*arm) {
-  Words<int> words;
-  for (const char first : {'a', '0'}) {
-    for (int k = 0; k < safety::kMaxArms; ++k)
-      words.emplace_back(std::string(1, static_cast<char>(first + k)), k);
-  }
-  return text(key, description + ", by letter or by index from 0, in the order of the robot file", words, arm)
+  return text(key, description + ", by its name in the robot file, or by letter or index from 0 in that file's order",
+              arm)
+      .matching("^([a-z][a-z0-9_]*|[0-" + std::to_string(safety::kMaxArms - 1) + "])$",
+                "the name of an arm, or its letter or index")
       .orInteger();
 }
 
@@ -122,8 +120,9 @@ std::vector<Field> trajectoryFields() {
               "what is tracked, highest priority first: `- tip: a` alone, or `- relative: [a, b]` and then `- tip: a`")
           .list(1, 2)
           .defaultNote("the relative position of arm and other_arm, then the tip of arm"),
-      armField("arm", "short form of tasks: the arm whose tip follows the shape", &Spec::arm),
-      armField("other_arm", "short form of tasks: its partner in the relative position", &Spec::other_arm),
+      armField("arm", "short form of tasks: the arm whose tip follows the shape", &Spec::arm_name).defaultsTo("a"),
+      armField("other_arm", "short form of tasks: its partner in the relative position", &Spec::other_arm_name)
+          .defaultsTo("b"),
       mapping("shape", kShapeTable, "shape of the path of the tip").required(),
       integer("points", "points after the start, evenly spaced by arc length", &Spec::point_count)
           .within(1, kMostPoints),

@@ -207,7 +207,7 @@ class Walker {
     nearer.reach = end.limits.empty() ? Reach::kOutsideWorkspace : Reach::kLimits;
     char distance[48];
     std::snprintf(distance, sizeof distance, "%.3g mm ", 1e3 * end.error);
-    nearer.reason = Arms::label(spec_.arm) + ": " + distance +
+    nearer.reason = arms_.label(spec_.arm) + ": " + distance +
                     std::string(end.limits.empty() ? "beyond the edge of the workspace" : "away, limited by ");
     for (std::size_t k = 0; k < end.limits.size(); ++k)
       nearer.reason += (k > 0 ? ", " : "") + end.limits[k];

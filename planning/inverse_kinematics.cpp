@@ -54,12 +54,12 @@ std::vector<ActiveLimit> heldBack(const Arms& arms, const PoseProblem& problem, 
 }
 
 /// Limits of the arm; if it has none, those of all arms.
-std::string describeLimits(const std::vector<ActiveLimit>& limits, int arm) {
+std::string describeLimits(const Arms& arms, const std::vector<ActiveLimit>& limits, int arm) {
   const bool own = std::any_of(limits.begin(), limits.end(), [arm](const ActiveLimit& l) { return l.arm == arm; });
   std::string reason;
   for (const ActiveLimit& limit : limits) {
     if (limit.arm == arm || !own)
-      reason += (reason.empty() ? "" : ", ") + (own ? "" : Arms::label(limit.arm) + " ") + limit.description;
+      reason += (reason.empty() ? "" : ", ") + (own ? "" : arms.label(limit.arm) + " ") + limit.description;
   }
   return reason;
 }
@@ -248,12 +248,12 @@ void InverseKinematics::explain(Search& search) const {
   for (std::size_t k = 0; k < best.error.size(); ++k) {
     if (best.error[k] <= options_.tolerance && best.error.size() > 1)
       continue;
-    const std::string far = Arms::label(search.problem.targets[k].arm) + ": " + format("%.3g mm ", 1e3 * best.error[k]);
+    const std::string far = arms_.label(search.problem.targets[k].arm) + ": " + format("%.3g mm ", 1e3 * best.error[k]);
     best.reason += (best.reason.empty() ? "" : "; ") + far;
     if (best.reach == Reach::kOutsideWorkspace)
       best.reason += "beyond the edge of the workspace";
     else if (best.reach == Reach::kLimits)
-      best.reason += "away, limited by " + describeLimits(best.limits, search.problem.targets[k].arm);
+      best.reason += "away, limited by " + describeLimits(arms_, best.limits, search.problem.targets[k].arm);
     else if (best.reach == Reach::kUnstable)
       best.reason += "away; in the exact pose an arm is less stable than required";
     else if (best.reach == Reach::kArmsTouch)

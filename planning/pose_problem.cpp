@@ -155,7 +155,10 @@ bool addClearances(const PoseProblem& problem, const safety::RobotVector& q, Pos
 
 }  // namespace
 
-std::string Arms::label(int arm) { return "arm " + control::armLetter(arm); }
+std::string Arms::label(int arm) const {
+  const auto k = static_cast<std::size_t>(arm);
+  return "arm " + (k < names.size() ? names[k] : control::armLetter(arm));
+}
 
 int Arms::offset(int arm) const {
   int sum = 0;

@@ -16,12 +16,13 @@ namespace tandem::planning {
 struct Arms {
   std::vector<const kinematics::ArmModel*> models;
   std::vector<const safety::ArmLimits*> limits;
+  std::vector<std::string> names = {};  ///< for texts; of arms without one: a, b, ...
 
   int count() const { return static_cast<int>(models.size()); }
   int size(int arm) const { return models[static_cast<std::size_t>(arm)]->jointCount(); }
   int offset(int arm) const;  ///< of the arm's first joint in the stacked vector
   int jointCount() const { return offset(count()); }
-  static std::string label(int arm);  ///< "arm a"
+  std::string label(int arm) const;  ///< "arm left"
 };
 
 /// Unit of residuals and constraints that are distances, m.

@@ -89,11 +89,9 @@ double lengthOf(const Polyline& line) {
 }  // namespace
 
 std::string TrajectorySpec::wrongArms(int count) const {
-  const auto letter = [](int k) { return std::string(1, static_cast<char>('a' + k)); };
   for (const int k : arms()) {
     if (k < 0 || k >= count)
-      return "found arm " + (k < 0 || k >= safety::kMaxArms ? std::to_string(k) : letter(k)) + ", expected " +
-             (count == 1 ? "a, the only arm; for one arm: tasks: [{tip: a}]" : "a to " + letter(count - 1));
+      return "found arm " + std::to_string(k) + ", expected an index of 0 to " + std::to_string(count - 1);
   }
   return hasRelative() && arm == other_arm ? "found the same arm twice, expected two arms" : "";
 }

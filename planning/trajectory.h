@@ -51,12 +51,16 @@ enum class Following {
 };
 
 inline constexpr int kNoArm = -1;
+/// An arm that is known by its name only, until config::findArms() has looked it up.
+inline constexpr int kNamedArm = -2;
 
 /** A trajectory of one tip, alone or with a constant or moving relative position of two tips. SI. */
 struct TrajectorySpec {
   std::string name;
   int arm = 0;        ///< arm whose tip follows the shape
   int other_arm = 1;  ///< partner in the relative position; kNoArm: the tip of `arm` is the only task
+  /// The arms as the file names them: by name, letter or index; empty: by the indices above alone.
+  std::string arm_name, other_arm_name;
   Shape shape;
   int point_count = 100;  ///< points after the start, evenly spaced by arc length
   std::vector<Shape>

@@ -23,14 +23,14 @@ Start lookAt(const Arms& arms, const safety::RobotVector& q, const Demands& dema
     const Eigen::VectorXd own = q.segment(arms.offset(arm), arms.size(arm));
     const auto status = arms.models[at(arm)]->tip(own, start.branches[at(arm)], start.tips[at(arm)]);
     if (status != kinematics::ModelStatus::kOk) {
-      start.wrong = Arms::label(arm) + ": " + std::string(kinematics::describe(status));
+      start.wrong = arms.label(arm) + ": " + std::string(kinematics::describe(status));
       return start;
     }
     if (safety::largestViolation(*arms.limits[at(arm)], own) > kViolation)
-      start.wrong = Arms::label(arm) + " starts outside its limits";
+      start.wrong = arms.label(arm) + " starts outside its limits";
     const kinematics::Tip& tip = start.tips[at(arm)];
     if (tip.conjugate_points > 0 || (demands.stability && tip.stability < *demands.stability))
-      start.wrong = Arms::label(arm) + " starts unstable or below the required stability";
+      start.wrong = arms.label(arm) + " starts unstable or below the required stability";
   }
   return start;
 }

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "config/arm_names.h"
+
 namespace tandem::robots {
 
 /// Where the tips are; nothing if that of one of its arms is unknown.
@@ -24,8 +26,8 @@ std::optional<planning::TrajectoryPoint> TrajectoryRun::place(const planning::Tr
 std::string TrajectoryRun::start(const std::string& text,
                                  const Measured& now,
                                  std::vector<safety::RobotVector> postures) {
-  const planning::TrajectorySpec spec = config::parseTrajectory(text, "planning/request", {});  // without file names
-  if (const std::string wrong = spec.wrongArms(tips_.armCount()); !wrong.empty())
+  planning::TrajectorySpec spec = config::parseTrajectory(text, "planning/request", {});  // without file names
+  if (const std::string wrong = config::findArms(spec, robot_); !wrong.empty())
     throw std::invalid_argument("trajectory: " + wrong);
   const auto at = place(spec, now);
   if (!at)

@@ -55,10 +55,10 @@ sim::PlantOptions readPlant(const Map& map, const std::function<Robot()>& robot)
 /// Reads the `teleoperation` of a deployment. @throw Error at a name used twice, an empty box, a normal of zero length.
 Teleoperation readTeleoperation(const Map& map);
 
-/** One of the `tasks` of a trajectory; arms count from 0. */
+/** One of the `tasks` of a trajectory; arms by name, letter or index. */
 struct TrajectoryTask {
-  int tip = 0;
-  std::vector<int> relative;
+  std::string tip;
+  std::vector<std::string> relative;
 };
 
 /// Reads a trajectory without its `tandem` key. @param folder base of CSV paths; empty: CSV files are refused.

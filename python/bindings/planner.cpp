@@ -63,11 +63,12 @@ class Planner {
 
   py::dict check(const Trajectory& trajectory, const py::object& start) const {
     const safety::RobotVector from = start.is_none() ? robot_.home() : robot_.stack(start, "start");
+    const planning::TrajectorySpec spec = trajectory.of(*robot_.file);
     planning::FeasibilityOptions options;
     options.ik = options_;
     const planning::FeasibilityReport report = [&] {
       const py::gil_scoped_release released;
-      return planning::checkTrajectory({model_.models(), model_.limits()}, trajectory.spec, from, options);
+      return planning::checkTrajectory({model_.models(), model_.limits()}, spec, from, options);
     }();
     py::dict result;
     result["feasible"] = report.feasible;

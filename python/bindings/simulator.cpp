@@ -140,7 +140,7 @@ py::dict run(const Robot& robot,
   loop.feedback = feedbackFrom(feedback, loop.plant);
   const safety::RobotVector from = start.is_none() ? robot.home() : robot.stack(start, "start");
   const experiments::RunPlan plan{
-      {trajectory.spec.name, "start", methodFrom(method)}, trajectory.spec, robot.split(from)};
+      {trajectory.spec.name, "start", methodFrom(method)}, trajectory.of(file), robot.split(from)};
   const robots::RobotModel models(file, model);
   const auto record = [&] {
     const py::gil_scoped_release released;

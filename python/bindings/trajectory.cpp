@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "python/bindings/trajectory.h"
 
+#include "config/arm_names.h"
 #include "config/config.h"
 #include "python/bindings/bind.h"
 #include "python/bindings/robot.h"
@@ -22,6 +23,13 @@ py::tuple samples(const Trajectory& trajectory, const Array& tip, const Array& r
 }
 
 }  // namespace
+
+planning::TrajectorySpec Trajectory::of(const config::Robot& robot) const {
+  planning::TrajectorySpec found = spec;
+  if (const std::string wrong = config::findArms(found, robot); !wrong.empty())
+    throw py::value_error("trajectory " + spec.name + ": " + wrong);
+  return found;
+}
 
 void bindTrajectory(py::module_& module) {
   using namespace py::literals;

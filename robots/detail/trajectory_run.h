@@ -12,8 +12,8 @@ namespace tandem::robots {
  * arms depend on the path of the joints. */
 class TrajectoryRun final : public Run {
  public:
-  TrajectoryRun(const std::vector<const kinematics::ArmModel*>& models, double period)
-      : tips_(models), follower_(period) {}
+  TrajectoryRun(config::Robot robot, const std::vector<const kinematics::ArmModel*>& models, double period)
+      : robot_(std::move(robot)), tips_(models), follower_(period) {}
 
   void restart() override { tips_.restart(); }
   void observe(const safety::RobotVector& q) override { tips_.update(q); }
@@ -32,6 +32,7 @@ class TrajectoryRun final : public Run {
  private:
   std::optional<planning::TrajectoryPoint> place(const planning::TrajectorySpec& spec, const Measured& now) const;
 
+  const config::Robot robot_;
   planning::TipFollower tips_;
   planning::Follower follower_;
 };

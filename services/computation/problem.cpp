@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "config/arm_names.h"
 #include "control/method_names.h"
 
 namespace tandem::computation {
@@ -37,7 +38,9 @@ std::string namesOf(const config::Robot& robot) {
 ComputationProblem::ComputationProblem(msg::ComputationRequest wanted,
                                        const ComputationRobot& of,
                                        const std::optional<safety::RobotVector>& present)
-    : request(std::move(wanted)), robot(of), arms{of.model.models(), of.model.limits()} {
+    : request(std::move(wanted)),
+      robot(of),
+      arms{of.model.models(), of.model.limits(), config::shortArmNames(of.robot)} {
   const int kind = request.kind;
   if (kind < static_cast<int>(ComputationKind::kCheck) || kind > static_cast<int>(ComputationKind::kChooseStart))
     throw Refusal(msg::ReplyCode::kUnknown, "kind: found " + std::to_string(kind) + ", expected 1 to 7");
@@ -119,7 +122,7 @@ void ComputationProblem::readTrajectory() {
   } catch (const std::exception& error) {
     throw Refusal(msg::ReplyCode::kMalformed, error.what());
   }
-  if (const std::string wrong = spec.wrongArms(arms.count()); !wrong.empty())
+  if (const std::string wrong = config::findArms(spec, robot.robot); !wrong.empty())
     throw Refusal(msg::ReplyCode::kMalformed, "trajectory: " + wrong + "; " + namesOf(robot.robot));
   if (spec.point_count > kMostPoints && request.kind != static_cast<std::uint8_t>(ComputationKind::kChooseStart))
     refuse("trajectory: points", std::to_string(spec.point_count), "at most " + std::to_string(kMostPoints));

@@ -184,8 +184,9 @@ Json describeTrajectories(const config::Robot& robot) {
         const planning::ObjectPath path = config::loadPath(file);
         add(file, path.name, config::formatPath(path));
       } else {
-        const planning::TrajectorySpec spec = config::loadTrajectory(file);
-        add(file, spec.name, config::formatTrajectory(spec), spec.wrongArms(static_cast<int>(robot.arms.size())));
+        planning::TrajectorySpec spec = config::loadTrajectory(file);
+        const std::string wrong = config::findArms(spec, robot);
+        add(file, spec.name, config::formatTrajectory(spec), wrong);
       }
     } catch (const config::Error& error) {
       spdlog::warn("{}", error.what());

@@ -5,6 +5,7 @@
 
 #include <cstdio>
 
+#include "config/arm_names.h"
 #include "config/tubes.h"
 #include "robots/overlap.h"
 #include "services/cli/models/arm_options.h"
@@ -72,8 +73,8 @@ std::vector<double> PlanSetup::startOf(const std::string& from, const std::strin
 
 std::string PlanSetup::trajectory() const {
   const auto file = config::findFile(options_.file, "trajectory");
-  const planning::TrajectorySpec spec = config::loadTrajectory(file);
-  if (const std::string wrong = spec.wrongArms(model_.armCount()); !wrong.empty())
+  planning::TrajectorySpec spec = config::loadTrajectory(file);
+  if (const std::string wrong = config::findArms(spec, robot_); !wrong.empty())
     throw Failure(kUsage, file.string() + ": " + wrong + ", of " + robot_.name);
   return config::formatTrajectory(spec);
 }

@@ -106,7 +106,7 @@ TEST(Experiment, Refusals) {
        "rectangle\n    configurations: [\"1\"]\n    shape:\n      rectangle: {first_mm: [0", 0, "trajectories[1].name",
        "found 'rectangle' from configuration 1 a second time"},
       {"    points: 100", "    other_arm: c\n    points: 100", "c\n    points", 0, "trajectories[0].other_arm",
-       "found arm c, expected a to b"},
+       "found arm c, expected a or b"},
       {"- trajectory: rectangle", "- trajectory: circle", "circle", 0, "published[0].trajectory",
        "found 'circle', expected the name"},
       {"iterations: 523", "iterations: -1", "-1\n    relative", 0, "published[0].iterations", "found -1"},

@@ -3,6 +3,7 @@
 #include <numbers>
 #include <random>
 
+#include "config/arm_names.h"
 #include "support.h"
 
 namespace tandem::config::test {
@@ -99,7 +100,9 @@ TEST(Trajectory, TasksSayWhatIsTracked) {
       {"tasks: [{relative: [b, a]}, {tip: a}]\n", "relative[0]: found another arm first than that of `tip`"},
       {"tasks: [{relative: [a, a]}, {tip: a}]\n", "tasks[0].relative"},
       {"tasks: [{relative: [a, b, c]}, {tip: a}]\n", "tasks[0].relative: found a list of 3, expected a list of 2"},
-      {"tasks: [{tip: z}]\n", "tasks[0].tip: found the text \"z\", expected one of a, b"},
+      {"tasks: [{tip: Left}]\n", "tasks[0].tip: found the text \"Left\", expected the name of an arm"},
+      {"tasks: [{relative: [left, left]}, {tip: left}]\n", "tasks[0].relative"},
+      {"arm: left\nother_arm: left\n", "other_arm: found the same arm twice"},
       {"tasks: []\n", "tasks: found an empty list"},
       {"tasks: [{tip: a, relative: [a, b]}]\n", "tasks[0]: found 2 keys, expected exactly one"},
   };
@@ -111,6 +114,35 @@ TEST(Trajectory, TasksSayWhatIsTracked) {
       EXPECT_NE(std::string(error.what()).find(text), std::string::npos) << tasks << error.what();
     }
   }
+}
+
+TEST(Trajectory, ArmsAreFoundByNameThenByLetterOrIndex) {
+  Robot robot = loadRobot(presets() / "robots/ark2024.yaml");
+  const auto found = [&](const std::string& tasks) {
+    TrajectorySpec spec = parseTrajectoryText("tandem: trajectory/1\nname: x\ntasks: " + tasks +
+                                              "\nshape: {line: {displacement_mm: [1, 0, 0]}}\n");
+    const std::string wrong = findArms(spec, robot);
+    if (wrong.empty()) {  // the text that planning receives names the same arms
+      TrajectorySpec sent = parseTrajectoryText(formatTrajectory(spec));
+      EXPECT_EQ(findArms(sent, robot), "");
+      EXPECT_EQ(std::pair(sent.arm, sent.other_arm), std::pair(spec.arm, spec.other_arm)) << tasks;
+    }
+    return wrong.empty() ? std::to_string(spec.arm) + ' ' + std::to_string(spec.other_arm) : wrong;
+  };
+  EXPECT_EQ(found("[{tip: b}]"), "1 -1");
+  robot.arms[0].name = "left";
+  robot.arms[1].name = "right";
+  EXPECT_EQ(found("[{relative: [right, left]}, {tip: right}]"), "1 0");
+  EXPECT_EQ(found("[{relative: [b, a]}, {tip: b}]"), "1 0");
+  EXPECT_EQ(found("[{tip: 1}]"), "1 -1");
+  EXPECT_EQ(found("[{tip: rigt}]"), "found arm rigt, expected left or right");
+  EXPECT_EQ(found("[{relative: [a, c]}, {tip: a}]"), "found arm c, expected left or right");
+  EXPECT_EQ(found("[{relative: [a, left]}, {tip: a}]"), "found the same arm twice, expected two arms");
+  robot.arms[0].name = "arm_b";
+  robot.arms[1].name = "a";
+  EXPECT_EQ(found("[{relative: [a, b]}, {tip: a}]"), "1 0") << "a name is looked up before a letter";
+  robot.arms.resize(1);
+  EXPECT_EQ(found("[{tip: left}]"), "found arm left, expected b, the only arm; for one arm: tasks: [{tip: b}]");
 }
 
 TEST(Trajectory, DefaultsAreThoseOfTheStruct) {
@@ -202,7 +234,7 @@ TEST(Trajectory, Refusals) {
   const std::string circle = readAll(presets() / "trajectories/circle.yaml");
   const std::string shape = "circle: {center_offset_mm: [0, 10, 0], normal: [0, 0, 1], turns: 1}";
   const Refusal refusals[] = {
-      {"arm: a", "arm: 8", "8\n", 0, "arm", "found 8, expected one of a, b"},
+      {"arm: a", "arm: 8", "8\n", 0, "arm", "found 8, expected the name of an arm"},
       {"arm: a", "arm: b", "b\nother_arm: b", 13, "other_arm", "the same arm twice"},
       {"normal: [0, 0, 1]", "normal: [0, 1, 1]", "[0, 1, 1]", 0, "shape.circle.normal", "found an angle of 45 deg"},
       {"[0, 10, 0]", "[0, 0, 0]", "[0, 0, 0]", 0, "shape.circle.center_offset_mm", "expected a vector other than zero"},

@@ -100,7 +100,7 @@ TEST(Computation, RefusalsNameTheKeyWhatWasFoundAndWhatWasExpected) {
       {[](auto& r) { r.trajectory = lineOf(kNan); }, dds::ReplyCode::kMalformed, {"displacement_m", "nan", "expected"}},
       {[](auto& r) { r.trajectory = lineOf(0.01, 5, 6); },
        dds::ReplyCode::kMalformed,
-       {"trajectory: found arm g, expected a to b", "arm_a, arm_b"}},
+       {"trajectory: found arm g, expected a or b", "arm_a, arm_b"}},
       {[](auto& r) { r.trajectory = lineOf(0.01, ComputationProblem::kMostPoints + 1); },
        dds::ReplyCode::kMalformed,
        {"points", "2001", "at most 2000"}},
