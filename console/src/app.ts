@@ -90,6 +90,7 @@ export class App {
     );
     root.replaceChildren(header.element, h("main", {}, place, side), h("footer", {}, bars.element, charts.element));
     this.panels = [header, operate, run, method, ...(hands ? [hands] : []), bars, charts, this.hud, this.health];
+    for (const warning of robot.warnings) messages.add("bad", warning);
     clock.start();
     link.open();
     const frame = (): void => {

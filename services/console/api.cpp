@@ -10,6 +10,7 @@
 #include "config/path.h"
 #include "config/values.h"
 #include "robots/capability.h"
+#include "robots/overlap.h"
 #include "robots/robot_type.h"
 #include "safety/faults.h"
 #include "services/runtime/identity.h"
@@ -161,6 +162,7 @@ Json describeRobot(const config::Deployment& deployment, const config::Robot& ro
           {"hardware", robot.hardware || !deployment.hardware.empty()},
           {"lock_step", deployment.clock == config::ClockMode::kLockStep},
           {"status_period", deployment.status_period},
+          {"warnings", robots::describeHomeOverlaps(robot, deployment.model)},
           {"secured", !deployment.security.empty()},
           {"capabilities", describeCapabilities(robot)},
           {"arms", describeArms(robot)},

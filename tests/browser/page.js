@@ -61,6 +61,7 @@ const scenes = {
     const seen = await me.waitForScene("both arms drawn", (s) => s.blue > 150 && s.orange > 150);
     assert.ok(seen.blue < 30000 && seen.orange < 30000, "the scene is all of one colour");
     await me.text("#clearance", /arm A and arm B overlap by 0\.1\d* mm/); // at home, by the paper's placement
+    await me.said(/arm_a and arm_b overlap by 0\.\d+ mm: tube \d of arm_a, tube \d of arm_b/);
     await me.text("#relative", /tip A from tip B/);
     await me.page.selectOption('select[aria-label="Drawn thickness of the tubes"]', "1");
     await me.waitForScene("true tubes are thinner", (s) => s.blue < 0.8 * seen.blue);
@@ -117,6 +118,9 @@ const scenes = {
     assert.strictEqual(await me.page.getAttribute('[data-method="snsqp"]', "aria-disabled"), "true");
     await me.tab("operate");
     await me.press("#run-end");
+    await me.text("#run-summary", /line: ended by a client; \d+ of 100 points reached/);
+    await me.text("#run-summary", /bodies overlapped by up to 0\.\d+ mm[\s\S]*relative position of A and B: RMS/);
+    await shot("run-summary");
     await me.tab("method");
     await me.press('[data-method="snsqp"]');
     await robot.until("use snsqp", (s) => s.method === "snsqp");

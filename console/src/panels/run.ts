@@ -3,10 +3,12 @@
 import type { Trajectory } from "../state/robot";
 import { fetchJson } from "../state/robot";
 import { limitsInTheWay, nameOf } from "../state/descriptions";
+import { describeSummary } from "../state/summary";
 import { Action, Phase } from "../wire/messages";
+import type { RunSummary } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { order, whyNotMove } from "./context";
-import { action, card, h, millimetres, setAttribute, setShown, setText, setUsable } from "./dom";
+import { action, card, h, millimetres, setAttribute, setClass, setShown, setText, setUsable } from "./dom";
 
 export class Run implements Panel {
   readonly element: HTMLElement;
@@ -21,6 +23,8 @@ export class Run implements Panel {
   private readonly progress = h("output.progress", { id: "progress", "aria-live": "off" }, "no trajectory");
   private readonly errors = h("output", { id: "errors" });
   private readonly limits = h("p.limits", { hidden: true, id: "limits" });
+  private readonly result = h("details.result", { hidden: true, open: "", id: "run-summary" });
+  private shown: RunSummary | null = null;
   private readonly start: HTMLButtonElement;
   private readonly pause: HTMLButtonElement;
   private readonly resume: HTMLButtonElement;
@@ -60,6 +64,7 @@ export class Run implements Panel {
       h("div.line", {}, this.progress, this.errors),
       this.limits,
       h("div.row", {}, this.pause, this.resume, this.stop),
+      this.result,
     );
     void this.load();
   }
@@ -83,6 +88,23 @@ export class Run implements Panel {
     this.text.value = this.trajectories.find((t) => t.name === this.choice.value)?.yaml ?? "";
   }
 
+  /** Result of the last run, from its end to the start of the next. */
+  private showSummary(): void {
+    const summary = this.c.world.lastRun();
+    setShown(this.result, summary !== null && summary.trajectory_id === this.c.world.plan()?.trajectory_id);
+    if (summary === null || summary === this.shown) return;
+    this.shown = summary;
+    const text = describeSummary(
+      summary,
+      this.c.robot.arms.map(({ name }) => name),
+    );
+    this.result.replaceChildren(
+      h("summary", {}, text.headline),
+      h("ul", {}, ...text.lines.map((line) => h("li", {}, line))),
+    );
+    setClass(this.result, "bad", text.bad);
+  }
+
   update(now: number): void {
     const plan = this.c.world.plan();
     const status = this.c.world.controlStatus();
@@ -102,6 +124,8 @@ export class Run implements Panel {
     const limits = status ? limitsInTheWay(status, this.c.robot.arms) : "";
     setText(this.limits, limits);
     setShown(this.limits, limits !== "");
+
+    this.showSummary();
 
     const why = whyNotMove(this.c, now);
     const goes = phase === Phase.running || phase === Phase.paused;

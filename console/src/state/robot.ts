@@ -72,6 +72,8 @@ export interface Robot {
   hardware: boolean;
   lock_step: boolean;
   status_period: number;
+  /** Overlaps of arms at home. */
+  warnings: string[];
   control: {
     /** File of the method `foreign`; empty if there is none. */
     method_library: string;

@@ -12,6 +12,7 @@ import type {
   Path,
   PlanningReference,
   PoseStamped,
+  RunSummary,
   Shape,
 } from "../wire/messages";
 import { isStale } from "./age";
@@ -41,6 +42,7 @@ export class World {
   readonly limits: Slot;
   readonly reference: Slot;
   readonly path: Slot;
+  readonly summary: Slot;
   readonly clearance: Slot;
   readonly teleop: Slot;
   readonly arms: ArmSlots[];
@@ -57,6 +59,7 @@ export class World {
     this.limits = link.subscribe(topic("actuation/limits"));
     this.reference = link.subscribe(topic("planning/reference"));
     this.path = link.subscribe(topic("planning/path"));
+    this.summary = link.subscribe(topic("planning/summary"));
     this.clearance = link.subscribe(topic("control/clearance"));
     this.teleop = link.subscribe(topic("teleop/status"));
     link.subscribe<DiagnosticArray>(topic("diagnostics"), (m) => this.taps.diagnostics.forEach((f) => f(m)));
@@ -81,6 +84,8 @@ export class World {
   moving = (): ActuationLimits | null => this.limits.value();
   plan = (): PlanningReference | null => this.reference.value();
   planned = (): Path | null => this.path.value();
+  /** Of the last run. */
+  lastRun = (): RunSummary | null => this.summary.value();
   clearances = (): Clearances | null => this.clearance.value();
   joints = (arm: number): JointState | null => this.arms[arm]?.measuredJs.value() ?? null;
   setpoints = (arm: number): JointState | null => this.arms[arm]?.setpointJs.value() ?? null;

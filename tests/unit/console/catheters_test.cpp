@@ -136,6 +136,8 @@ TEST(Description, OfTubesAndOfAssistedCathetersHasNoObject) {
   const config::Robot tubes = config::loadAnyRobot(laptop.robot);
   const auto json = describeRobot(laptop, tubes);
   EXPECT_TRUE(json["object"].is_null());
+  ASSERT_EQ(json["warnings"].size(), 1u);
+  EXPECT_EQ(json["warnings"][0].get<std::string>().find("at home arm_a and arm_b overlap"), 0u);
   EXPECT_EQ(json["arms"][0]["type"], "concentric_tube");
   EXPECT_EQ(json["arms"][0]["joints"][0]["name"], "beta_1");
   EXPECT_EQ(json["arms"][0]["joints"][3]["name"], "alpha_1");

@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Text of a run's summary, with the content of that of `tandem robot run`. */
+import { Phase, TaskKind } from "../wire/messages";
+import type { RunSummary } from "../wire/messages";
+import { nameOf, shortName } from "./descriptions";
+
+const millimetres = (metres: number): string => (1e3 * metres).toFixed(3);
+
+export interface SummaryText {
+  /** "circle: finished, 100 of 100 points reached in 12.3 s". */
+  headline: string;
+  lines: string[];
+  /** The run failed, or bodies overlapped. */
+  bad: boolean;
+}
+
+/** @param arms  names, in the robot's order */
+export function describeSummary(summary: RunSummary, arms: readonly string[]): SummaryText {
+  const arm = (k: number): string => shortName(arms[k] ?? String(k));
+  const task = (k: number): string => {
+    const own = arm(summary.task_arm[k] ?? 0);
+    if (summary.task_kind[k] === TaskKind.relativePosition)
+      return `relative position of ${own} and ${arm(summary.task_other_arm[k] ?? 0)}`;
+    return summary.task_kind[k] === TaskKind.objectPose ? "common object" : `tip of ${own}`;
+  };
+  const lines: string[] = [];
+  const overlap = summary.least_clearance < 0;
+  if (overlap) lines.push(`WARNING: bodies overlapped by up to ${millimetres(-summary.least_clearance)} mm`);
+  for (let k = 0; k < summary.task_count; ++k) {
+    const [rms, percentile, most] = [summary.rms, summary.percentile_95, summary.maximum].map((of) =>
+      millimetres(of[k] ?? NaN),
+    );
+    lines.push(`error, ${task(k)}: RMS ${rms}, 95 % within ${percentile}, maximum ${most} mm`);
+  }
+  lines.push(`interventions of the safety gate: ${summary.gate_interventions}`);
+  if (!overlap && Number.isFinite(summary.least_clearance))
+    lines.push(`least distance of bodies: ${millimetres(summary.least_clearance)} mm`);
+  summary.limits.forEach((limit, k) => {
+    const share = 100 * (summary.limit_shares[k] ?? NaN);
+    lines.push(`${limit} restricted the motion in ${Number(share.toPrecision(3))} % of the control periods`);
+  });
+  const phase = summary.phase === Phase.idle ? "ended by a client" : nameOf("Phase", summary.phase);
+  const reached = `${summary.reached} of ${summary.points} points reached in ${summary.duration.toFixed(1)} s`;
+  return {
+    headline: `${summary.name}: ${phase}${summary.reason === "" ? "" : `: ${summary.reason}`}; ${reached}`,
+    lines,
+    bad: overlap || summary.phase === Phase.failed,
+  };
+}

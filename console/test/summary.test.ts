@@ -1,0 +1,59 @@
+// SPDX-License-Identifier: Apache-2.0
+import { readFileSync } from "node:fs";
+import { expect, test } from "vitest";
+
+import { useDescriptions } from "../src/state/descriptions";
+import type { Descriptions } from "../src/state/descriptions";
+import { describeSummary } from "../src/state/summary";
+import { Phase, TaskKind } from "../src/wire/messages";
+import type { RunSummary } from "../src/wire/messages";
+
+useDescriptions(JSON.parse(readFileSync("generated/descriptions.json", "utf8")) as Descriptions);
+
+const kRun: RunSummary = {
+  trajectory_id: 1,
+  name: "circle",
+  phase: Phase.finished,
+  reason: "",
+  points: 100,
+  reached: 100,
+  iterations: 1000,
+  duration: 12.34,
+  task_count: 2,
+  task_kind: Uint8Array.of(TaskKind.relativePosition, TaskKind.tipPosition, 0, 0),
+  task_arm: Uint8Array.of(0, 1, 0, 0),
+  task_other_arm: Uint8Array.of(1, 0, 0, 0),
+  rms: Float64Array.of(1e-5, 2e-3, 0, 0),
+  percentile_95: Float64Array.of(2e-5, 3e-3, 0, 0),
+  maximum: Float64Array.of(3e-5, 4e-3, 0, 0),
+  gate_interventions: 7n,
+  least_clearance: 1.5e-3,
+  limits: ["tube 2 of arm a against tube 1"],
+  limit_shares: Float64Array.of(0.12345),
+};
+
+test("a finished run names its tasks, errors, gate, distance and limits", () => {
+  expect(describeSummary(kRun, ["left", "arm_b"])).toEqual({
+    headline: "circle: finished; 100 of 100 points reached in 12.3 s",
+    lines: [
+      "error, relative position of LEFT and B: RMS 0.010, 95 % within 0.020, maximum 0.030 mm",
+      "error, tip of B: RMS 2.000, 95 % within 3.000, maximum 4.000 mm",
+      "interventions of the safety gate: 7",
+      "least distance of bodies: 1.500 mm",
+      "tube 2 of arm a against tube 1 restricted the motion in 12.3 % of the control periods",
+    ],
+    bad: false,
+  });
+});
+
+test("a missed point, an overlap and an ended run are said", () => {
+  const missed = describeSummary({ ...kRun, phase: Phase.failed, reason: "missed 8 of 12 points" }, ["a", "b"]);
+  expect(missed.headline).toContain("circle: failed: missed 8 of 12 points; ");
+  expect(missed.bad).toBe(true);
+  const overlapped = describeSummary({ ...kRun, least_clearance: -6.5e-4 }, ["a", "b"]);
+  expect(overlapped.lines[0]).toBe("WARNING: bodies overlapped by up to 0.650 mm");
+  expect(overlapped.bad).toBe(true);
+  const unknown = describeSummary({ ...kRun, phase: Phase.idle, least_clearance: Infinity }, ["a", "b"]);
+  expect(unknown.headline).toContain("ended by a client");
+  expect(unknown.lines.join()).not.toContain("distance");
+});
