@@ -13,7 +13,8 @@ std::optional<std::size_t> find(const std::vector<Arm>& arms, const std::string&
     if (arms[k].name == name || arms[k].name == "arm_" + name)
       return k;
   }
-  return std::nullopt;
+  const int k = indexOfLetter(name);
+  return k >= 0 && static_cast<std::size_t>(k) < arms.size() ? std::optional<std::size_t>(k) : std::nullopt;
 }
 
 template <class Arm>
@@ -45,18 +46,25 @@ std::vector<std::string> shortArmNames(const Robot& robot) {
   return names;
 }
 
+int indexOfLetter(const std::string& name) {
+  if (name.size() != 1)
+    return planning::kNamedArm;
+  const int index = name[0] - (name[0] < 'a' ? '0' : 'a');
+  return index >= 0 && index < safety::kMaxArms ? index : planning::kNamedArm;
+}
+
 std::string nameOrLetter(const std::string& name, int arm) { return name.empty() ? control::armLetter(arm) : name; }
 
 std::string findArms(planning::TrajectorySpec& trajectory, const Robot& robot) {
   const std::vector<std::string> names = shortArmNames(robot);
   const auto resolve = [&](int& index, std::string& name) -> std::string {
-    if (const auto found = findArm(robot, name))
-      index = static_cast<int>(*found);
-    if (index < 0 || static_cast<std::size_t>(index) >= names.size())
+    const auto found = name.empty() ? std::optional<std::size_t>(index) : findArm(robot, name);
+    if (!found || *found >= names.size())
       return "found arm " + nameOrLetter(name, index) + ", expected " +
              (names.size() == 1 ? names[0] + ", the only arm; for one arm: tasks: [{tip: " + names[0] + "}]"
                                 : join(names, " or "));
-    name = names[static_cast<std::size_t>(index)];
+    index = static_cast<int>(*found);
+    name = names[*found];
     return {};
   };
   std::string wrong = resolve(trajectory.arm, trajectory.arm_name);

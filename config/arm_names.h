@@ -11,7 +11,7 @@
 
 namespace tandem::config {
 
-/// Index of the arm of that name, or of arm_NAME.
+/// Index of the arm of that name, or of arm_NAME, or with that letter or index in the robot's order.
 std::optional<std::size_t> findArm(const Robot& robot, const std::string& name);
 std::optional<std::size_t> findArm(const CooperativeRobot& robot, const std::string& name);
 
@@ -20,6 +20,8 @@ std::vector<std::string> armList(const Robot& robot);
 /// The same for texts about limits: "a" for "arm_a".
 std::vector<std::string> shortArmNames(const Robot& robot);
 
+/// Index of an arm given by letter (a, b, ...) or by index; planning::kNamedArm: by a name.
+int indexOfLetter(const std::string& name);
 /// The name that a trajectory gives an arm, or the arm's letter.
 std::string nameOrLetter(const std::string& name, int arm);
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <fstream>
 
+#include "config/arm_names.h"
 #include "config/detail/loaders.h"
 #include "config/file_tables.h"
 
@@ -129,14 +130,6 @@ std::vector<Eigen::Vector3d> readPoints(const std::filesystem::path& file) {
 
 namespace {
 
-/// Index of an arm given by letter or by number; kNamedArm: by its name in a robot file.
-int armIndex(const std::string& name) {
-  if (name.size() != 1)
-    return planning::kNamedArm;
-  const int index = name[0] - (name[0] < 'a' ? '0' : 'a');
-  return index < safety::kMaxArms ? index : planning::kNamedArm;
-}
-
 /// `tasks`, of which `arm` and `other_arm` are the short form.
 void readTasks(const Map& map, planning::TrajectorySpec& spec) {
   if (!map.has("tasks"))
@@ -166,8 +159,8 @@ void readTasks(const Map& map, planning::TrajectorySpec& spec) {
 planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::path& folder) {
   auto spec = map.read<planning::TrajectorySpec>();
   readTasks(map, spec);
-  spec.arm = armIndex(spec.arm_name);
-  spec.other_arm = spec.other_arm_name.empty() ? planning::kNoArm : armIndex(spec.other_arm_name);
+  spec.arm = indexOfLetter(spec.arm_name);
+  spec.other_arm = spec.other_arm_name.empty() ? planning::kNoArm : indexOfLetter(spec.other_arm_name);
   if (spec.arm_name == spec.other_arm_name)
     map.fail(map.has("other_arm") ? "other_arm" : "arm", "found the same arm twice, expected two arms");
   spec.shape = readShape(map.map("shape"), folder);

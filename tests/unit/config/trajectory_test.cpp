@@ -135,6 +135,10 @@ TEST(Trajectory, ArmsAreFoundByNameThenByLetterOrIndex) {
   EXPECT_EQ(found("[{relative: [right, left]}, {tip: right}]"), "1 0");
   EXPECT_EQ(found("[{relative: [b, a]}, {tip: b}]"), "1 0");
   EXPECT_EQ(found("[{tip: 1}]"), "1 -1");
+  for (const auto& [name, arm] : {std::pair{"right", 1}, {"b", 1}, {"0", 0}})
+    EXPECT_EQ(findArm(robot, name), std::optional<std::size_t>(arm)) << name;
+  for (const char* name : {"c", "2", "", "arm_left", "Left", "-"})
+    EXPECT_EQ(findArm(robot, name), std::nullopt) << name;
   EXPECT_EQ(found("[{tip: rigt}]"), "found arm rigt, expected left or right");
   EXPECT_EQ(found("[{relative: [a, c]}, {tip: a}]"), "found arm c, expected left or right");
   EXPECT_EQ(found("[{relative: [a, left]}, {tip: a}]"), "found the same arm twice, expected two arms");
