@@ -6,6 +6,8 @@
 #include <istream>
 #include <ostream>
 
+#include "config/arm_names.h"
+
 namespace tandem::experiments {
 namespace {
 
@@ -75,11 +77,13 @@ std::vector<CsvRow> readRows(std::istream& in, int columns) {
 }
 
 void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& robot) {
-  // Joints are named by the letter behind the last underscore of the arm's name: arm_a -> beta_a1.
+  // beta_a1 of arm_a, beta_left_1 of left.
+  const std::vector<std::string> names = config::shortArmNames(robot);
   std::vector<std::string> joints;
   std::vector<std::string> translations;
-  for (const config::Arm& arm : robot.arms) {
-    const std::string letter = arm.name.substr(arm.name.rfind('_') + 1);
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const config::Arm& arm = robot.arms[k];
+    const std::string letter = names[k].size() == 1 ? names[k] : names[k] + '_';
     for (int j = 0; j < arm.jointCount(); ++j) {
       std::string name = arm.joint_names[static_cast<std::size_t>(j)];
       const std::size_t number = name.rfind('_') + 1;  // of "beta_1"; 0 where there is none

@@ -5,11 +5,11 @@
 
 For each trajectory and configuration named in CSVDIR/summary.csv, five files in FIGDIR, listed on standard output:
 
-    path-TRAJECTORY-CONFIGURATION        path of tip A beside the target, a panel a method (not of files without tips)
+    path-TRAJECTORY-CONFIGURATION        path of the tip beside the target, a panel a method (not of files without tips)
     actuation-TRAJECTORY-CONFIGURATION   translations with their moving limits, as in Fig. 2 of Alsaka et al. 2024
     gaps-TRAJECTORY-CONFIGURATION        distance of each translation from its nearer moving limit
     steps-TRAJECTORY-CONFIGURATION       velocities: displacement of each translation in each control period
-    errors-TRAJECTORY-CONFIGURATION      both errors along the trajectory
+    errors-TRAJECTORY-CONFIGURATION      errors along the trajectory, of the relative position if it is a task and of the tip
 
 Ends with 1 where a file is missing or is not of this format, with 2 where the command line is wrong.
 """
@@ -56,14 +56,21 @@ class Run:
         """Names of the translations by arm: {"a": ["a1", "a2", "a3"], ...}."""
         arms = {}
         for name in self.column:
-            match = re.fullmatch(r"beta_(.*?)(\d+)", name)
+            match = re.fullmatch(r"beta_(.*?_?)(\d+)", name)
             if match:
-                arms.setdefault(match.group(1), []).append(match.group(1) + match.group(2))
+                arms.setdefault(match.group(1).rstrip("_"), []).append(match.group(1) + match.group(2))
         return arms
+
+    def errors(self):
+        """Labels of the tasks' errors by column; the paper's where the arms are a and b. Without a relative position its error is 0."""
+        paper = set(self.tubes()) == {"a", "b"}
+        labels = {"err_ab": r"relative position, $\epsilon_{AB}$ (mm)" if paper else "relative position (mm)",
+                  "err_a": r"tip of arm A, $\epsilon_A$ (mm)" if paper else "tip (mm)"}
+        return labels if self.column["err_ab"].any() else {"err_a": labels["err_a"]}
 
 
 def draw_path(sheet, runs):
-    """The path of tip A beside the target, a panel a method."""
+    """The path of the tip beside the target, a panel a method."""
     first = next(iter(runs.values()))
     origin = first.places("target")[0]
     spread = np.ptp(first.places("target"), axis=0)
@@ -92,7 +99,7 @@ def draw_path(sheet, runs):
     for ax in axes[:, 0]:
         ax.set_ylabel(f"{'xyz'[vertical]} (mm)")
     figure.legend(handles=[Line2D([], [], label="targets", **target),
-                           Line2D([], [], color="#8C8C8C", linewidth=1.1, label="tip A where each point was left")],
+                           Line2D([], [], color="#8C8C8C", linewidth=1.1, label="tip where each point was left")],
                   loc="lower center", ncol=2, borderaxespad=0.2)
     return figure
 
@@ -106,7 +113,7 @@ def tube_grid(sheet, runs, height, sharey):
     for row, (method, record) in zip(axes, runs.items()):
         for ax, (arm, tubes) in zip(row, arms.items()):
             panels.append((ax, record, tubes))
-            ax.set_title(f"{method}, arm {arm.upper()}")
+            ax.set_title(f"{method}, arm {arm.upper() if len(arm) == 1 else arm}")
             ax.set_xlim(0, max(record.point[-1] for record in runs.values()))
             ax.xaxis.set_major_locator(plt.MaxNLocator(5))
     for ax in axes[-1]:
@@ -176,21 +183,23 @@ def draw_tubes(sheet, runs, values, label, threshold=None):
 
 
 def draw_errors(sheet, runs):
-    """Both errors of all methods: pale at every iteration, strong where each point was left."""
-    figure, axes = plt.subplots(2, 1, figsize=sheet.size(110), sharex=True, layout="constrained")
-    for ax, name in zip(axes, ("err_ab", "err_a")):
+    """Errors of all methods: pale at every iteration, strong where each point was left."""
+    labels = next(iter(runs.values())).errors()
+    figure, axes = plt.subplots(len(labels), 1, figsize=sheet.size(14 + 48 * len(labels)), sharex=True, squeeze=False, layout="constrained")
+    axes = axes[:, 0]
+    for ax, (name, label) in zip(axes, labels.items()):
+        ax.set_ylabel(label)
         for method, record in runs.items():
             error = np.maximum(MM * record.column[name], FLOOR)
             ax.plot(record.progress, error, color=method_style(method)["color"], linewidth=0.4, alpha=0.35)
             ax.plot(record.point[record.last], error[record.last], label=method, **line_style(method))
-    largest = max(MM * record.column["err_ab"].max() for record in runs.values())
-    axes[0].set_yscale("log")
-    log_axis(axes[0].yaxis, FLOOR, max(largest, 10 * FLOOR))
-    axes[0].set_ylabel(r"relative position, $\epsilon_{AB}$ (mm)")
-    axes[1].set_ylabel(r"tip of arm A, $\epsilon_A$ (mm)")
-    axes[1].set_ylim(bottom=0)
-    axes[1].set_xlabel("trajectory point")
-    axes[1].set_xlim(0, max(record.point[-1] for record in runs.values()))
+    if "err_ab" in labels:
+        largest = max(MM * record.column["err_ab"].max() for record in runs.values())
+        axes[0].set_yscale("log")
+        log_axis(axes[0].yaxis, FLOOR, max(largest, 10 * FLOOR))
+    axes[-1].set_ylim(bottom=0)
+    axes[-1].set_xlabel("trajectory point")
+    axes[-1].set_xlim(0, max(record.point[-1] for record in runs.values()))
     figure.align_ylabels(axes)
     legend_below(figure, axes[0].get_legend_handles_labels()[0], 4 if sheet.columns == 2 else 2)
     return figure

@@ -128,10 +128,12 @@ def first_case(table):
 
 
 def quantities(table):
-    """What box plots and tables show of each run: label, header of a table, values."""
-    return [(r"$\epsilon_{AB}$, RMS of a run (mm)", "rms_ab_mm", np.maximum(MM * table["rms_ab"], FLOOR)),
-            (r"$\epsilon_A$, RMS of a run (mm)", "rms_a_mm", np.maximum(MM * table["rms_a"], FLOOR)),
-            ("iterations per point", "iterations_per_point", table["iterations"] / np.maximum(table["points"], 1))]
+    """What box plots and tables show of each run: label, header in LaTeX, column of a table, digits, values."""
+    relative = (r"$\epsilon_{AB}$, RMS of a run (mm)", r"$\epsilon_{AB}$ (mm)", "rms_ab_mm", 4, np.maximum(MM * table["rms_ab"], FLOOR))
+    others = [(r"$\epsilon_A$, RMS of a run (mm)", r"$\epsilon_A$ (mm)", "rms_a_mm", 3, np.maximum(MM * table["rms_a"], FLOOR)),
+              ("iterations per point", "iterations per point", "iterations_per_point", 2,
+               table["iterations"] / np.maximum(table["points"], 1))]
+    return [relative, *others] if table["rms_ab"].any() else others  # without a relative position its error is 0
 
 
 def statistics(table):
@@ -143,7 +145,7 @@ def statistics(table):
         lower, upper = wilson(table["succeeded"][mine].sum(), mine.sum())
         row = {"method": method, "tasks": int(mine.sum()), "succeeded": int(table["succeeded"][mine].sum()),
                "succeeded_lower_95": lower, "succeeded_upper_95": upper}
-        for _, name, values in quantities(table):
+        for _, _, name, _, values in quantities(table):
             ends = median_interval(values[mine])
             row |= dict(zip((f"{name}_q1", f"{name}_median", f"{name}_q3"), np.percentile(values[mine], [25, 50, 75])))
             row |= {f"{name}_median_lower_95": ends[0], f"{name}_median_upper_95": ends[1]}
@@ -151,21 +153,22 @@ def statistics(table):
     return rows
 
 
-def write_tables(rows, target):
+def write_tables(table, target):
     """Statistics as a CSV and a LaTeX (booktabs) table; the files."""
+    rows, shown = statistics(table), quantities(table)
     files = [target.with_suffix(".stats.csv"), target.with_suffix(".stats.tex")]
     with open(files[0], "w", newline="", encoding="utf-8") as out:
         writer = csv.DictWriter(out, rows[0], lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
-    lines = ["% medians [95 % intervals]; share of tasks that succeeded [95 % interval, Wilson]", r"\begin{tabular}{lrrrrr}",
-             r"\toprule", r"method & tasks & succeeded (\%) & $\epsilon_{AB}$ (mm) & $\epsilon_A$ (mm) & iterations per point \\",
-             r"\midrule"]
+    lines = ["% medians [95 % intervals]; share of tasks that succeeded [95 % interval, Wilson]",
+             rf"\begin{{tabular}}{{lrr{'r' * len(shown)}}}", r"\toprule",
+             " & ".join(["method", "tasks", r"succeeded (\%)", *(header for _, header, _, _, _ in shown)]) + r" \\", r"\midrule"]
     for row in rows:
         cells = [row["method"], str(row["tasks"]),
                  f"{100 * row['succeeded'] / row['tasks']:.1f} [{100 * row['succeeded_lower_95']:.1f}, "
                  f"{100 * row['succeeded_upper_95']:.1f}]"]
-        for name, digits in (("rms_ab_mm", 4), ("rms_a_mm", 3), ("iterations_per_point", 2)):
+        for _, _, name, digits, _ in shown:
             middle, lower, upper = (row[f"{name}_median{end}"] for end in ("", "_lower_95", "_upper_95"))
             cells.append(f"{middle:.{digits}f} [{lower:.{digits}f}, {upper:.{digits}f}]")
         lines.append(" & ".join(cells) + r" \\")
@@ -177,12 +180,13 @@ def draw_all(table, sheet):
     first, base = first_case(table)
     methods = [method for method in sorted(set(table["method"]), key=method_order) if (first & (table["method"] == method)).any()]
     swept = [source for source in SOURCES if len(np.unique(table[source])) > 1]
+    shown = quantities(table)
     across = sheet.beside(3, 3)
-    down = [3 // across, -(-len(swept) // across)]
+    down = [-(-len(shown) // across), -(-len(swept) // across)]
     heights = [14 + 5 * len(methods)] * down[0] + [42] * down[1]
     figure = plt.figure(figsize=sheet.size(sum(heights) + 14), layout="constrained")
     grid = figure.add_gridspec(sum(down), across, height_ratios=heights)
-    for k, (label, _, values) in enumerate(quantities(table)):
+    for k, (label, _, _, _, values) in enumerate(shown):
         ax = figure.add_subplot(grid[k // across, k % across])
         draw_boxes(ax, {m: values[first & (table["method"] == m)] for m in methods}, label)
         if k % across:
@@ -198,7 +202,7 @@ def draw_all(table, sheet):
 
 def draw(arguments, sheet):
     table = load(arguments.source)
-    return [sheet.save(draw_all(table, sheet), arguments.target), *write_tables(statistics(table), arguments.target)]
+    return [sheet.save(draw_all(table, sheet), arguments.target), *write_tables(table, arguments.target)]
 
 
 def main():

@@ -2,7 +2,6 @@
 #include "operation/permission.h"
 
 #include <algorithm>
-#include <cstdio>
 
 #include "operation/convert.h"
 #include "robots/capability.h"
@@ -173,14 +172,6 @@ Reason againstArm(Action action, Requester requester, const RobotCondition& now,
   return Reason::kNone;
 }
 
-/// "joint 3 is 12 mm ", to be followed by "outside".
-std::string outsideText(const safety::LimitViolation& outside, const safety::ArmLimits& limits) {
-  char text[64];
-  std::snprintf(text, sizeof text, "joint %d is %.3g %s ", outside.joint + 1, 1e3 * outside.amount,
-                limits.isTranslation(outside.joint) ? "mm" : "mrad");
-  return text;
-}
-
 /// The state of an arm that is not ENABLED, and the command that leads out of it; empty for the other states.
 std::string wayToEnabled(OperatingState state) {
   switch (state) {
@@ -289,7 +280,10 @@ std::string describe(const Refusal& refusal, const config::Robot& robot) {
   const bool named = refusal.arm >= 0 && static_cast<std::size_t>(refusal.arm) < robot.arms.size();
   const std::string arm = named ? robot.arms[static_cast<std::size_t>(refusal.arm)].name + ": " : "";
   const auto outside = [&] {
-    return outsideText(refusal.outside, robot.arms[static_cast<std::size_t>(named ? refusal.arm : 0)].limits);
+    const config::Arm& of = robot.arms[static_cast<std::size_t>(named ? refusal.arm : 0)];
+    return safety::describe(refusal.outside, of.limits,
+                            of.joint_names[static_cast<std::size_t>(refusal.outside.joint)]) +
+           " ";
   };
   const std::string reason(name(refusal.reason));
   switch (refusal.reason) {

@@ -2,6 +2,8 @@
 #include "safety/limits.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdio>
 
 namespace tandem::safety {
 
@@ -72,6 +74,14 @@ ArmVector broughtInside(const ArmLimits& limits, const ArmVector& q) noexcept {
 
 double largestViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) {
   return worstLimitViolation(limits, q).amount;
+}
+
+std::string describe(const LimitViolation& outside, const ArmLimits& limits, const std::string& joint) {
+  const bool translation = limits.isTranslation(outside.joint);
+  char amount[40];
+  std::snprintf(amount, sizeof amount, "%.6g %s", (translation ? 1e3 : 180.0 / M_PI) * outside.amount,
+                translation ? "mm" : "deg");
+  return joint + " is " + amount;
 }
 
 std::string describe(const LinearRow& row) {

@@ -79,6 +79,9 @@ struct LimitViolation {
   int joint = 0;        ///< a row counts for its outer joint
   double amount = 0.0;  ///< m or rad; negative or zero inside
 };
+/// "beta_3 is 1.23 mm", to be followed by "outside". @param joint  name of the joint that is outside
+std::string describe(const LimitViolation& outside, const ArmLimits& limits, const std::string& joint);
+
 LimitViolation worstLimitViolation(const ArmLimits& limits, const Eigen::Ref<const Eigen::VectorXd>& q) noexcept;
 
 /** The joint with the reading farthest outside its limits, of those more than kPositionTolerance and

@@ -48,11 +48,8 @@ std::string refusal(const config::Arm& arm, const experiments::CsvRow& row) {
   if (outside.amount <= experiments::kViolation)
     return "";
   return "outside the limits of the robot file (equation (1)): " +
-         describe(outside, arm.limits, arm.joint_names.at(static_cast<std::size_t>(outside.joint)));
-}
-
-std::string describe(const safety::LimitViolation& outside, const safety::ArmLimits& limits, const std::string& joint) {
-  return joint + " by " + experiments::number(outside.amount) + (limits.isTranslation(outside.joint) ? " m" : " rad");
+         safety::describe(outside, arm.limits, arm.joint_names.at(static_cast<std::size_t>(outside.joint))) +
+         " outside";
 }
 
 std::string unstable(int conjugate_points) {

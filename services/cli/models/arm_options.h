@@ -26,9 +26,6 @@ std::vector<double> poseNumbers(const Eigen::Isometry3d& pose);
 /// Why a row of joints cannot be answered: a bad row, or joints outside the robot's limits; empty if it can.
 std::string refusal(const config::Arm& arm, const experiments::CsvRow& row);
 
-/// "beta_1 by 0.002 m". @param joint  name of the joint that is outside
-std::string describe(const safety::LimitViolation& outside, const safety::ArmLimits& limits, const std::string& joint);
-
 /// "unstable: 2 conjugate points".
 std::string unstable(int conjugate_points);
 

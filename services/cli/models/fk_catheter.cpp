@@ -59,7 +59,9 @@ class CatheterAnswerer {
       const safety::LimitViolation outside = safety::worstLimitViolation(arm_.limits, q);
       if (outside.amount > experiments::kViolation)
         why = "outside the limits of the robot file: " +
-              describe(outside, arm_.limits, config::kCatheterJoints.at(static_cast<std::size_t>(outside.joint)));
+              safety::describe(outside, arm_.limits,
+                               config::kCatheterJoints.at(static_cast<std::size_t>(outside.joint))) +
+              " outside";
       else
         why = options_.shape > 0 ? shape(q, index, table) : tip(q, table);
     }

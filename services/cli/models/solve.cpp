@@ -3,6 +3,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "config/arm_names.h"
 #include "config/robot_files.h"
 #include "control/conflict.h"
 #include "control/method_names.h"
@@ -49,7 +50,7 @@ struct SolvedRow {
 class Stepper {
  public:
   Stepper(const SolveCommand& options, const config::Robot& robot)
-      : robot_(robot), arms_(std::min(robot_.armCount(), 2)) {
+      : robot_(robot), names_(config::shortArmNames(robot)), arms_(std::min(robot_.armCount(), 2)) {
     const auto method =
         parse("--method", options.method, idl::fromName<control::Method>(options.method), control::methodList());
     resolver_ = control::makeResolver(method, parameters(options, robot));
@@ -74,7 +75,7 @@ class Stepper {
       const auto arm = static_cast<std::size_t>(k);
       const auto status = robot_.models()[arm]->tip(q.segment(robot_.offset(k), robot_.size(k)), tip);
       if (status != kinematics::ModelStatus::kOk) {
-        return {std::string(k == 0 ? "arm a: " : "arm b: ") + std::string(kinematics::describe(status)), {}};
+        return {"arm " + names_[arm] + ": " + std::string(kinematics::describe(status)), {}};
       }
       const auto columns = tip.jacobian.topRows<3>();
       problem_.task[0].jacobian.middleCols(robot_.offset(k), robot_.size(k)) = (k == 0 ? 1.0 : -1.0) * columns;
@@ -89,7 +90,7 @@ class Stepper {
     const bool infeasible = solution_.status == control::SolveStatus::kInfeasible;
     if (solution_.status != control::SolveStatus::kSolved && !infeasible)
       return {std::string(control::name(solution_.status)), {}};
-    SolvedRow answer{infeasible ? "infeasible: " + control::describe(problem_, solution_.conflict, {"a", "b"}) : "ok",
+    SolvedRow answer{infeasible ? "infeasible: " + control::describe(problem_, solution_.conflict, names_) : "ok",
                      {solution_.velocity.begin(), solution_.velocity.end()}};
     answer.numbers.insert(answer.numbers.end(), solution_.scale.begin(), solution_.scale.begin() + arms_);
     answer.numbers.insert(answer.numbers.end(), {static_cast<double>(solution_.iterations), solution_.kkt_residual});
@@ -98,6 +99,7 @@ class Stepper {
 
  private:
   robots::RobotModel robot_;
+  std::vector<std::string> names_;
   int arms_;
   std::unique_ptr<control::Resolver> resolver_;
   control::StepProblem problem_;

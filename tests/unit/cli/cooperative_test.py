@@ -74,7 +74,7 @@ class CatheterKinematics(unittest.TestCase):
     def test_what_cannot_be_answered_says_why(self):
         answers, answer = fk([[0.5, 0.0, 0.0], [0.06, 0.0, 1.0]])
         self.assertEqual(answer.returncode, 1)
-        self.assertIn("outside the limits of the robot file: insertion by 0.38", answers[0]["status"])
+        self.assertIn("outside the limits of the robot file: insertion is 380 mm outside", answers[0]["status"])
         self.assertEqual(answers[1]["status"], "ok")
         for options, why in ((["--wrench", "0,1,0,0,0,0"], "need --model cosserat"), (["--branch"], "--branch"),
                              (["--arm", "c"], "expected one of: arm_a, arm_b")):

@@ -318,8 +318,8 @@ class BadRows(unittest.TestCase):
         self.assertEqual(code, 1)
         for q, row in zip(rows, answers):
             self.assert_empty(row, "limits")
-            amount = float(re.search(r" by (\S+) m", row["status"]).group(1))
-            self.assertAlmostEqual(amount, tubes.excess(q), delta=1e-12)
+            amount = 1e-3 * float(re.search(r" is (\S+) mm outside", row["status"]).group(1))
+            self.assertAlmostEqual(amount / tubes.excess(q), 1.0, delta=1e-5)
 
     def test_wrong_use(self):
         self.assertEqual(system.run("fk", "--arm", "q", text="").returncode, 2)

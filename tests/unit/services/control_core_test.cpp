@@ -219,7 +219,7 @@ TEST(ControlCore, MoveJpArrivesExactlyAndRefusesGoalsOutside) {
   operation::ParsedControlRequest outside = move;
   outside.joints[2] = s.model.limits()[0]->joints[2].upper + 1.23e-3;
   EXPECT_EQ(describe(s.control.onRequest(outside, s.now).refusal, s.setup.robot),
-            "arm_a: the goal is outside the limits of the arm: there joint 3 is 1.23 mm outside");
+            "arm_a: the goal is outside the limits of the arm: there beta_3 is 1.23 mm outside");
   for (int j : {0, 1, 2})
     move.joints[static_cast<std::size_t>(j)] -= 0.004;
   move.joints[4] += 0.3;

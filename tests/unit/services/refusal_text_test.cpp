@@ -22,7 +22,7 @@ TEST(RefusalText, EnablingOutsideTheLimitsIsRefusedWithByHowMuch) {
   const operation::ControlReply answer = s.command(StateCommand::kEnable);
   EXPECT_EQ(answer.refusal.code(), dds::ReplyCode::kOutsideLimits);
   const std::string reason = describe(answer.refusal, s.setup.robot);
-  EXPECT_NE(reason.find("joint 3 is 1.23 mm outside"), std::string::npos) << reason;
+  EXPECT_NE(reason.find("beta_3 is 1.23 mm outside"), std::string::npos) << reason;
   EXPECT_NE(reason.find("recover"), std::string::npos) << reason;
 }
 
