@@ -7,6 +7,17 @@
 
 SI units everywhere: m, rad, s, N. Joints of an arm are [beta_1..beta_n, alpha_1..alpha_n], tube 1 innermost; one joint
 vector, or an array with one a row, which is answered on all cores."""
-from . import wire  # noqa: F401
-from ._tandem import *  # noqa: F401,F403
-from ._tandem import __doc__ as _doc  # noqa: F401
+from . import _requirements
+
+try:
+    import numpy as _numpy
+except ImportError as error:
+    raise _requirements.numpy_missing(error) from error
+try:
+    from ._tandem import *  # noqa: F401,F403
+    from ._tandem import __version__, _supports_numpy_2  # noqa: F401
+except ImportError as error:
+    raise _requirements.extension_missing(error) from error
+_requirements.require_numpy(_numpy.__version__, _supports_numpy_2)
+
+from . import wire  # noqa: E402,F401

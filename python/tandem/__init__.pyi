@@ -6,6 +6,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import wire as wire  # noqa: F401
 
+__version__: str
 Floats = NDArray[np.float64]
 Model = Literal["rigid", "compliant"]
 Method = Literal["nsp", "nspwln", "nspwln-joint", "nspqp", "snsqp", "sns", "hqp"]
