@@ -29,20 +29,28 @@
 
 namespace tandem::config {
 
-/** Refusal of a file; what() is "FILE:LINE:COLUMN: KEY: MESSAGE" (1-based; 0:0 without a location). */
+/** Refusal of a file; what() is "FILE:LINE:COLUMN: KEY: MESSAGE" (1-based; 0:0 without a location), one line for each
+ * error of the file, in its order. The other members are those of the first. */
 class Error : public std::runtime_error {
  public:
   Error(std::string file, int line, int column, std::string key, const std::string& message);
+  /// All errors of a file. @param errors  at least one
+  explicit Error(std::vector<Error> errors);
   const std::string& file() const { return file_; }
   int line() const { return line_; }
   int column() const { return column_; }
   const std::string& key() const { return key_; }
+  /// Each error of the file on its own.
+  std::vector<Error> all() const;
 
  private:
+  Error(const std::vector<Error>& sorted, std::nullptr_t);
+
   std::string file_;
   int line_;
   int column_;
   std::string key_;
+  std::shared_ptr<const std::vector<Error>> all_ = nullptr;  ///< null: this one alone
 };
 
 /** One arm of a robot file. */

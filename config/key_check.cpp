@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/detail/key_check.h"
 
+#include <algorithm>
 #include <vector>
 
 #include "config/suggestion.h"
@@ -27,7 +28,18 @@ std::string knownKeys(const Mapping& table) {
   return join(keys);
 }
 
+std::vector<std::string> namesOf(const Field& field) {
+  std::vector<std::string> names;
+  for (const auto& [name, unit] : field.keys())
+    names.push_back(name);
+  return names;
+}
+
 }  // namespace
+
+bool isMeant(const Field& field, const std::string& key) {
+  return key.starts_with(field.name) || !nearestWord(key, namesOf(field)).empty();
+}
 
 std::string explainUnknownKey(const std::string& key, const Mapping& table) {
   for (const Field& field : table.fields) {
@@ -42,9 +54,13 @@ std::string explainUnknownKey(const std::string& key, const Mapping& table) {
   }
   std::vector<std::string> known;
   for (const Field& field : table.fields) {
-    for (const auto& [name, unit] : field.keys())
-      known.push_back(name);
+    const std::vector<std::string> names = namesOf(field);
+    known.insert(known.end(), names.begin(), names.end());
   }
+  const std::size_t end = key.find_first_of(": ");
+  if (end != std::string::npos && std::ranges::find(known, key.substr(0, end)) != known.end())
+    return "found no colon with a blank after it, expected `" + key.substr(0, end) + ": " +
+           key.substr(std::min(key.find_first_not_of(": ", end), key.size())) + "`";
   if (const std::string nearest = nearestWord(key, known); !nearest.empty())
     return "unknown key; did you mean " + nearest + "?";
   return "unknown key; expected one of " + knownKeys(table);

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "config/detail/key_check.h"
+#include "config/detail/syntax_hint.h"
 #include "config/detail/yaml_reader.h"
 #include "config/detail/yaml_scalar.h"
 
@@ -17,6 +18,17 @@ std::string describe(const Mapping& table) {
   return "either " + join(groups, " or ");
 }
 
+/// "; write 0.88" for a number with a decimal comma.
+std::string commaHint(const YAML::Node& node, const Field& field) {
+  if (field.type != Type::kNumber || !node.IsScalar())
+    return "";
+  const std::string text = node.Scalar();
+  const std::size_t comma = text.find(',');
+  if (comma == std::string::npos || !isCutOff(text.substr(comma + 1)))
+    return "";
+  return "; write " + text.substr(0, comma) + "." + text.substr(comma + 1);
+}
+
 }  // namespace
 
 Map Map::checked(Document& document, const Mapping& table, std::string path, const YAML::Node& node) {
@@ -26,10 +38,10 @@ Map Map::checked(Document& document, const Mapping& table, std::string path, con
                     "found " + describeNode(node) + ", expected a mapping (" + table.name + ")");
   }
   for (const auto& item : node)
-    map.addEntry(item.first, item.second);
-  map.checkPresence();
+    map.collect([&] { map.addEntry(item.first, item.second); });
+  map.collect([&] { map.checkPresence(); });
   for (const Entry& entry : map.entries_)
-    map.checkEntry(entry);
+    map.collect([&] { map.checkEntry(entry); });
   return map;
 }
 
@@ -37,6 +49,12 @@ void Map::addEntry(const YAML::Node& key, const YAML::Node& value) {
   if (!key.IsScalar())
     throw error(key.Mark(), path_, "found " + describeNode(key) + ", expected a key");
   const std::string& written = key.Scalar();
+  if (value.IsNull() && isCutOff(written) && !entries_.empty() && entries_.back().value.IsScalar()) {
+    const std::string& before = entries_.back().value.Scalar();
+    throw error(key.Mark(), pathOf(entries_.back().key),
+                "found the decimal comma of " + before + "," + written + ", expected a decimal point: " + before + "." +
+                    written);
+  }
   for (const Field& field : table_->fields) {
     for (const auto& [known, unit] : field.keys()) {
       if (known != written)
@@ -54,6 +72,7 @@ void Map::addEntry(const YAML::Node& key, const YAML::Node& value) {
       return;
     }
   }
+  unknown_.push_back(written);
   throw error(key.Mark(), pathOf(written), explainUnknownKey(written, *table_));
 }
 
@@ -68,10 +87,14 @@ void Map::checkPresence() const {
   for (const Field& field : table_->fields) {
     const bool present =
         std::any_of(entries_.begin(), entries_.end(), [&](const Entry& e) { return e.field == &field; });
-    if (field.is_required && !present) {
+    const bool misspelled =
+        std::any_of(unknown_.begin(), unknown_.end(), [&](const std::string& key) { return isMeant(field, key); });
+    if (field.is_required && !present && !misspelled) {
       const auto [key, unit] = field.keys().front();
-      throw error(mark_, pathOf(key),
-                  "the key is missing, expected " + field.keysForPeople() + ": " + expectation(field, unit));
+      collect([&] {
+        throw error(mark_, pathOf(key),
+                    "the key is missing, expected " + field.keysForPeople() + ": " + expectation(field, unit));
+      });
     }
   }
   checkAlternatives();
@@ -122,7 +145,7 @@ void Map::checkEntry(const Entry& entry) const {
   std::set<std::string> seen;
   for (const YAML::Node& node : entry.value) {
     const std::string element = indexed(path, index++);
-    checkElement(entry, node, element);
+    collect([&] { checkElement(entry, node, element); });
     if (field.is_unique && !seen.insert(node.Scalar()).second) {
       throw error(node.Mark(), element, "found '" + node.Scalar() + "' a second time, expected it once");
     }
@@ -160,7 +183,8 @@ void Map::checkScalar(const Entry& entry, const YAML::Node& node, const std::str
 
 void Map::unexpected(const Entry& entry, const YAML::Node& node, const std::string& path, bool element) const {
   throw error(node.IsNull() ? entry.mark : node.Mark(), path,
-              "found " + describeNode(node) + ", expected " + expectation(*entry.field, entry.unit, element));
+              "found " + describeNode(node) + ", expected " + expectation(*entry.field, entry.unit, element) +
+                  commaHint(node, *entry.field));
 }
 
 }  // namespace tandem::config

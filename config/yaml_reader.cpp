@@ -10,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "config/detail/syntax_hint.h"
 #include "config/detail/yaml_scalar.h"
 #include "config/file_tables.h"
 
@@ -67,7 +68,7 @@ YAML::Node parseOne(const std::string& origin, const std::string& text) {
       throw Error(origin, 1, 1, "", "found an empty file, expected `tandem: KIND/1` and more");
     return root;
   } catch (const YAML::Exception& error) {
-    throw errorAtMark(origin, error.mark, "", "YAML syntax: " + error.msg);
+    throw errorAtMark(origin, error.mark, "", "YAML syntax: " + error.msg + syntaxHint(text, error.mark.line));
   }
 }
 
@@ -110,7 +111,9 @@ std::string Document::kind() const {
                       "found " + found + ", expected " + expectedKinds() + " as the value of the first key `tandem`");
   };
   if (!root_.IsMap())
-    refuse(root_.Mark(), describeNode(root_));
+    refuse(root_.Mark(),
+           describeNode(root_) +
+               (root_.IsScalar() && root_.Scalar().starts_with("tandem:") ? " without a blank after the colon" : ""));
   if (root_.begin() == root_.end())
     refuse(root_.Mark(), "no key");
   const YAML::Node key = root_.begin()->first;
@@ -132,7 +135,10 @@ Map Document::check(const Mapping& table) {
     const YAML::Mark mark = root_.begin()->second.Mark();
     throw Error(origin_, mark.line + 1, mark.column + 1, kKindKey, "found " + kind() + "/1, expected " + expected);
   }
-  return Map::checked(*this, table, "", root_);
+  Map map = Map::checked(*this, table, "", root_);
+  if (!errors_.empty())
+    throw Error(errors_);
+  return map;
 }
 
 void Document::finish() const {

@@ -12,4 +12,7 @@ namespace tandem::config {
 /// keys: ...".
 std::string explainUnknownKey(const std::string& key, const Mapping& table);
 
+/// Whether an unknown key is most likely this field: misspelled, with a wrong unit, or without a colon.
+bool isMeant(const Field& field, const std::string& key);
+
 }  // namespace tandem::config

@@ -32,7 +32,7 @@ class Document {
   std::string kind() const;
 
   /// Checks the whole text against a table: unknown, missing and repeated keys, units, types, ranges, sizes.
-  /// @throw Error at the first violation.
+  /// @throw Error with all violations.
   Map check(const Mapping& table);
 
   /// To be called after all keys are read.
@@ -47,6 +47,7 @@ class Document {
   std::string origin_;
   YAML::Node root_;
   std::vector<std::string> warnings_;
+  std::vector<Error> errors_;
   std::set<const Field*> present_;
   std::set<const Field*> read_;
 };
@@ -126,6 +127,15 @@ class Map {
   static Map checked(Document& document, const Mapping& table, std::string path, const YAML::Node& node);
 
   void fill(const std::type_info& owner, void* into) const;
+  /// Runs a check; its error becomes one of the document, so that the checks after it run too.
+  template <class Check>
+  void collect(Check check) const {
+    try {
+      check();
+    } catch (const Error& error) {
+      document_->errors_.push_back(error);
+    }
+  }
   void addEntry(const YAML::Node& key, const YAML::Node& value);
   void checkPresence() const;
   void checkAlternatives() const;
@@ -143,6 +153,7 @@ class Map {
   const Mapping* table_;
   std::string path_;  ///< "arms[0].tubes[1]", empty for the root
   YAML::Mark mark_;
+  std::vector<std::string> unknown_;  ///< keys that the table does not have
   std::vector<Entry> entries_;
 };
 

@@ -52,10 +52,10 @@ int runValidate(const std::vector<std::string>& files, bool as_json) {
     } catch (const config::Error& error) {
       good = false;
       result["valid"] = false;
-      result["line"] = error.line();
-      result["column"] = error.column();
-      result["key"] = error.key();
-      result["error"] = error.what();
+      result["errors"] = nlohmann::ordered_json::array();
+      for (const config::Error& one : error.all())
+        result["errors"].push_back(
+            {{"line", one.line()}, {"column", one.column()}, {"key", one.key()}, {"error", one.what()}});
       if (!as_json)
         std::cerr << error.what() << '\n';
     }

@@ -46,8 +46,10 @@ class Validate(unittest.TestCase):
         as_json = system.run("validate", self.file, "--json")
         self.assertEqual(as_json.returncode, 2)
         entry = json.loads(as_json.stdout)[0]
-        self.assertEqual((entry["valid"], entry["line"], entry["column"]), (False, line, column))
-        self.assertIn(message, entry["error"])
+        self.assertFalse(entry["valid"])
+        first = entry["errors"][0]
+        self.assertEqual((first["line"], first["column"]), (line, column))
+        self.assertIn(message, first["error"])
         return line, column, message
 
     def test_refusals_name_the_place_what_was_found_and_what_was_expected(self):

@@ -149,7 +149,7 @@ TEST(Validate, ReportsTheKindOfAFile) {
        "planning)",
        6},
       {"trajectories/circle.yaml", "trajectory",
-       "trajectory circle: circle of arm 0, 100 points, relative position to arm 1 held", 0},
+       "trajectory circle: circle of arm a, 100 points, relative position to arm b held", 0},
   };
   for (const auto& [file, kind, text, warnings] : cases) {
     const Summary summary = validate(presets() / file);
