@@ -290,7 +290,9 @@ std::string describe(const Refusal& refusal, const config::Robot& robot) {
     case Reason::kWrongState:
       return arm + "'" + std::string(idl::name(refusal.action)) + "' is not allowed in " +
              std::string(safety::name(refusal.state)) +
-             (refusal.state == OperatingState::kFault ? "; only 'disable' clears a fault" : "");
+             (refusal.state == OperatingState::kFault      ? "; only 'disable' clears a fault"
+              : refusal.state == OperatingState::kDisabled ? "; 'enable' comes first"
+                                                           : "");
     case Reason::kNotEnabled: {
       const std::string way = wayToEnabled(refusal.state);
       return arm + (way.empty() ? reason : way);

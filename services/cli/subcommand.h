@@ -5,6 +5,7 @@
 #include <CLI/CLI.hpp>
 
 #include "services/client/arguments.h"
+#include "services/client/number_checks.h"
 
 namespace tandem::cli {
 

@@ -12,6 +12,7 @@
 #include "safety/operating_state.h"
 #include "services/client/arguments.h"
 #include "services/client/client.h"
+#include "services/client/number_checks.h"
 #include "services/client/role.h"
 #include "services/runtime/periodic_loop.h"
 #include "services/runtime/process.h"
@@ -288,7 +289,7 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(planning::teleoperation::kMinScale, planning::teleoperation::kMaxScale));
   app.add_option("--speed", options.speed, "tip speed at full deflection, before scaling, mm/s")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(client::kPositive);
   app.add_option("--rate", options.rate, "readings of the device per second")
       ->capture_default_str()
       ->check(CLI::Range(20.0, 1000.0));

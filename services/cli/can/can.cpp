@@ -181,7 +181,7 @@ CLI::App* addCanCommand(CLI::App& can,
   command->add_flag("--force", options->force, "run even if a master is active on the bus");
   command->add_option("--timeout", options->timeout, "time-out of a reply, s")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(client::kPositive);
   command->callback([options, run, &exit_code] { guarded(exit_code, [&] { return run(*options); }); });
   return command;
 }

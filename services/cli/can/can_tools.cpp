@@ -149,13 +149,13 @@ void registerCanTools(CLI::App& can, const std::shared_ptr<CanOptions>& options,
   CLI::App* recorder = add("log", "record a bus in candump's log format", record);
   recorder->add_option("-b,--bus", options->bus, "can:INTERFACE or unix:SOCKET")->required();
   recorder->add_option("-o,--out", options->file, "file (default: standard output)");
-  recorder->add_option("--for", options->seconds, "stop after this many seconds")->check(CLI::PositiveNumber);
+  recorder->add_option("--for", options->seconds, "stop after this many seconds")->check(client::kPositive);
   CLI::App* player = add("replay", "send a recorded log with its original timing", replay);
   player->add_option("file", options->file, "candump log")->required();
   player->add_option("-b,--bus", options->bus, "can:INTERFACE or unix:SOCKET")->required();
   player->add_option("--speed", options->speed, "speed factor; 2: twice as fast as recorded")
       ->capture_default_str()
-      ->check(CLI::PositiveNumber);
+      ->check(client::kPositive);
   player->add_flag("--force", options->force, "run even if a master is active on the bus");
 }
 

@@ -232,7 +232,7 @@ void registerUp(CLI::App& app, int& exit_code) {
                  "deployment file or preset: laptop, laptop-1khz, lockstep")
       ->capture_default_str();
   up->add_option("--log", options->log, "log level of the services: trace, debug, info, warn, error, off");
-  up->add_option("--for", options->seconds, "stop after this many seconds")->check(CLI::PositiveNumber);
+  up->add_option("--for", options->seconds, "stop after this many seconds")->check(client::kPositive);
   up->add_flag("--json", options->json, "one JSON object per line and event");
   up->footer(
       "With `hosts` in the deployment, run the same command on each host; it starts the processes of that host.\n"

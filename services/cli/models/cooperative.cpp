@@ -17,7 +17,7 @@ void addHeldOptions(CLI::App& command, HeldOptions& options) {
   command.add_option("--contact", options.contact, "contact type instead of the file's")
       ->check(CLI::IsMember({"frictionless", "point", "soft_finger", "rigid"}));
   command.add_option("--squeeze", options.squeeze, "normal force to maintain at each contact instead of the file's, N")
-      ->check(CLI::NonNegativeNumber);
+      ->check(client::kNonNegative);
   command.add_option("--load", options.load, "force x,y,z on the object instead of the file's, N");
 }
 

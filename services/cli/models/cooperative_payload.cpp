@@ -219,7 +219,7 @@ void registerPayload(CLI::App& app, int& exit_code) {
                    "directions are added between neighbours that differ by more than 5 % until they are this close")
       ->check(CLI::Range(0.01, 180.0))
       ->capture_default_str();
-  command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
+  command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(client::kNonNegative);
   command->add_option("--csv", options->csv, "CSV file, one row per holding arm and direction, SI");
   addFigureOption(*command, options->figure, "stiffness and payload by direction");
   command->add_flag("--json", options->json, "JSON instead of text");

@@ -150,7 +150,7 @@ void registerReach(CLI::App& app, int& exit_code) {
   command->add_option("--most-strain", options->most_strain, "largest bending strain of the arms, relative")
       ->check(CLI::Range(1e-6, 1.0))
       ->capture_default_str();
-  command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
+  command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(client::kNonNegative);
   command->add_option("--csv", options->csv, "CSV file, one row per joint vector, SI");
   addFigureOption(*command, options->figure, "workspace without and with assistance");
   command->add_flag("--json", options->json, "JSON instead of text");

@@ -289,7 +289,7 @@ void registerMonteCarlo(CLI::App& app, int& exit_code) {
                    "deployment: robot, gains, models, and the plant that errors are added to")
       ->capture_default_str();
   command->add_option("--tasks", options->tasks, "number of random tasks, the same for every method")
-      ->check(CLI::PositiveNumber)
+      ->check(client::kPositive)
       ->capture_default_str();
   command->add_option("--methods", options->methods, "methods, separated by commas (default: all)")->delimiter(',');
   command->add_option("--seed", options->seed, "seed of all random numbers")->capture_default_str();
@@ -317,7 +317,7 @@ void registerMonteCarlo(CLI::App& app, int& exit_code) {
         ->group(condition.group);
   }
   command->add_option("--shard", options->shard, "part i of n of the tasks, i from 0")->capture_default_str();
-  command->add_option("-j,--jobs", options->jobs, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
+  command->add_option("-j,--jobs", options->jobs, "threads; 0: one per core")->check(client::kNonNegative);
   addOutputs(*command, *options);
   command->footer(
       "The same seed gives the same rows, whatever --jobs and --shard are (docs/montecarlo.md). Exit code 1: a "

@@ -160,9 +160,9 @@ void registerSolve(CLI::App& app, int& exit_code) {
   solve->add_option("--bounds", options->bounds, "coupled, or frozen: the paper's formula, with the inner tube fixed")
       ->capture_default_str();
   solve->add_option("-T,--period", options->period, "control period, s (default: the robot file's)")
-      ->check(CLI::PositiveNumber);
+      ->check(client::kPositive);
   solve->add_option("-z,--zeta", options->zeta, "zeta of (7) or (8) (default: the robot file's)")
-      ->check(CLI::PositiveNumber);
+      ->check(client::kPositive);
   solve
       ->add_option(
           "--csv", options->csv,

@@ -237,7 +237,7 @@ void registerStability(CLI::App& app, int& exit_code) {
   command->add_option("-o,--output", options->output, "file for rows and maps; - is standard output")
       ->capture_default_str();
   addFigureOption(*command, options->figure, "draw the map; the CSV file is written beside it");
-  command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
+  command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(client::kNonNegative);
   command->add_flag("--json", options->json, "JSON instead of text or CSV");
   command->footer(
       "Stability is the smallest determinant along the arm: 1 without interaction, 0 where the arm snaps "

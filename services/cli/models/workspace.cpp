@@ -238,7 +238,7 @@ void registerWorkspace(CLI::App& app, int& exit_code) {
   command->add_option("--margin", options->margin, "minimum stability of a sample to be counted, 0 to 1")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
-  command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(CLI::NonNegativeNumber);
+  command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(client::kNonNegative);
   command->add_option("--csv", options->csv,
                       "folder for workspace-ARM.csv (one row per sample, SI) and workspace.json");
   addFiguresOption(*command, options->figures, "folder for the figures workspace-section and workspace-volume");

@@ -227,13 +227,13 @@ void common(CLI::App* app, const std::shared_ptr<PlanOptions>& o) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   app->add_option("--clearance-mm", o->clearance_mm, "smallest distance between the arms' bodies")
-      ->check(CLI::NonNegativeNumber)
+      ->check(client::kNonNegative)
       ->capture_default_str();
   app->add_flag("--no-clearance", o->no_clearance, "ignore collisions between the arms");
   app->add_option("--port-radius-mm", o->port_radius_mm, "radius of the port's hole, about the robot's z axis")
-      ->check(CLI::PositiveNumber);
+      ->check(client::kPositive);
   app->add_option("--port-depth-mm", o->port_depth_mm, "distance of the port's rim in front of the entry plane")
-      ->check(CLI::NonNegativeNumber);
+      ->check(client::kNonNegative);
   app->add_option("--starts", o->starts, "number of random starts of a search")
       ->check(CLI::Range(1, 1000))
       ->capture_default_str();
@@ -246,7 +246,7 @@ void trajectoryOf(CLI::App* app, const std::shared_ptr<PlanOptions>& o) {
   app->add_option("file", o->file, "trajectory file or preset")->required();
   common(app, o);
   app->add_option("--within-mm", o->within_mm, "position tolerance of a reached point, mm")
-      ->check(CLI::PositiveNumber)
+      ->check(client::kPositive)
       ->capture_default_str();
 }
 
@@ -287,7 +287,7 @@ void registerPlan(CLI::App& app, int& exit_code) {
     trajectoryOf(command, o);
     command->add_option("-o,--output", o->output, "trajectory file to write")->required();
     command->add_option("--smoothing", o->smoothing, "smoothing of the corrections; 0: move only unreachable points")
-        ->check(CLI::NonNegativeNumber)
+        ->check(client::kNonNegative)
         ->capture_default_str();
   }
   {
@@ -310,15 +310,15 @@ void registerPlan(CLI::App& app, int& exit_code) {
     command
         ->add_option("--translation-acceleration-mm-per-s2", o->translation_acceleration,
                      "acceleration limit of translations instead of the robot file's")
-        ->check(CLI::PositiveNumber);
+        ->check(client::kPositive);
     command
         ->add_option("--rotation-velocity-rad-per-s", o->rotation_velocity,
                      "velocity limit of rotations instead of the robot file's")
-        ->check(CLI::PositiveNumber);
+        ->check(client::kPositive);
     command
         ->add_option("--rotation-acceleration-rad-per-s2", o->rotation_acceleration,
                      "acceleration limit of rotations instead of the robot file's")
-        ->check(CLI::PositiveNumber);
+        ->check(client::kPositive);
     command->add_option("--csv", o->csv, "CSV file, one row per point: t, joints, SI");
   }
   {

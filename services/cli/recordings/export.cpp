@@ -101,12 +101,12 @@ void registerExport(CLI::App& app, int& exit_code) {
   command->add_option("-t,--topics", options->topics, "topics, without prefix; * matches any text")
       ->capture_default_str();
   command->add_option("--start", options->start, "skip this many seconds at the beginning")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--for", options->seconds, "duration, s (default: all)")->check(CLI::PositiveNumber);
+      ->check(client::kNonNegative);
+  command->add_option("--for", options->seconds, "duration, s (default: all)")->check(client::kPositive);
   CLI::Option* resample =
       command
           ->add_option("--resample", options->resample, "additional table with all topics resampled at this rate, Hz")
-          ->check(CLI::PositiveNumber);
+          ->check(client::kPositive);
   command->add_option("--align", options->align, "additional table with all topics at the times of this topic")
       ->excludes(resample);
   command->footer("SI units throughout; docs/recording.md has recipes for Python, MATLAB and spreadsheets.");
@@ -119,8 +119,8 @@ void registerPlot(CLI::App& app, int& exit_code) {
   command->add_option("file", options->file, "MCAP file")->required();
   addFiguresOption(*command, options->figures, "folder for the figures")->required();
   command->add_option("--start", options->start, "skip this many seconds at the beginning")
-      ->check(CLI::NonNegativeNumber);
-  command->add_option("--for", options->seconds, "duration, s (default: all)")->check(CLI::PositiveNumber);
+      ->check(client::kNonNegative);
+  command->add_option("--for", options->seconds, "duration, s (default: all)")->check(client::kPositive);
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runPlot(*options); }); });
 }
 

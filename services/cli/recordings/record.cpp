@@ -88,6 +88,9 @@ int runRecord(const RecordCommand& options) {
   }
   recorder.close();
   reportRecording(options, "recorded", recorder.totals(), since(start));
+  if (recorder.totals().messages == 0)
+    throw Failure(kFailure, "no message came (domain " + std::to_string(deployment.domain) + ", prefix " +
+                                deployment.prefix + "); check that `tandem up` is running");
   return recorder.totals().lost == 0 ? kOk : kFailure;
 }
 
@@ -101,13 +104,13 @@ void registerRecord(CLI::App& app, int& exit_code) {
   record->add_option("-o,--output", options->output, "file (default: time and name of the deployment, .mcap)");
   record->add_option("-t,--topics", options->topics, "topics, without prefix; * matches any text")
       ->capture_default_str();
-  record->add_option("--for", options->seconds, "stop after this many seconds")->check(CLI::PositiveNumber);
+  record->add_option("--for", options->seconds, "stop after this many seconds")->check(client::kPositive);
   record->add_option("--split-mb", options->split_megabytes, "start a new file after this many megabytes")
-      ->check(CLI::PositiveNumber);
+      ->check(client::kPositive);
   record->add_option("--split-s", options->split_seconds, "start a new file after this many seconds")
-      ->check(CLI::PositiveNumber);
+      ->check(client::kPositive);
   record->add_option("--memory-mb", options->memory_megabytes, "memory buffer for a slow disk, MB")
-      ->check(CLI::PositiveNumber)
+      ->check(client::kPositive)
       ->capture_default_str();
   record->add_flag("--json", options->json, "one JSON object per line");
   record->footer(

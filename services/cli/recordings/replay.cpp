@@ -155,11 +155,11 @@ void registerReplay(CLI::App& app, int& exit_code) {
   replay->add_option("file", options->file, "MCAP file")->required();
   replay->add_option("-d,--deployment", options->deployment, "deployment file or preset: network and prefix")
       ->capture_default_str();
-  replay->add_option("-r,--rate", options->rate, "speed factor")->check(CLI::PositiveNumber)->capture_default_str();
+  replay->add_option("-r,--rate", options->rate, "speed factor")->check(client::kPositive)->capture_default_str();
   replay->add_option("--start", options->start, "start this many seconds after the first message")
-      ->check(CLI::NonNegativeNumber);
+      ->check(client::kNonNegative);
   replay->add_option("--for", options->seconds, "duration to replay, s of the recording (default: all)")
-      ->check(CLI::PositiveNumber);
+      ->check(client::kPositive);
   replay->add_option("-t,--topics", options->topics, "topics, without prefix; * matches any text")
       ->capture_default_str();
   replay->add_option("--remap", options->remap, "OLD:=NEW topics, without prefix");

@@ -94,7 +94,7 @@ void registerHome(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand("home", "run the drives' homing procedures; absolute encoders need none");
   command->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
   command->add_option("-a,--arm", options->arm, "one arm only");
-  command->add_option("--timeout", options->timeout, "time-out, s")->capture_default_str()->check(CLI::PositiveNumber);
+  command->add_option("--timeout", options->timeout, "time-out, s")->capture_default_str()->check(client::kPositive);
   command->footer("The arms must be DISABLED. To move homed arms to the robot file's home: tandem robot home.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return homeDrives(*options); }); });
 }

@@ -205,17 +205,16 @@ void forgetTyped() { enterTyped(); }
 
 int runTrajectory(const RobotCommand& options) {
   const std::string text = client::runText(options.trajectory);
+  const auto method = idl::fromName<control::Method>(options.method);
+  if (!options.method.empty() && !method)
+    throw Failure(kUsage, "--method: found '" + options.method + "', expected " + control::methodList());
   Session session(options, true);
   const std::string why = refusal(session.robot, robots::Capability::kComputation);
   if (!why.empty() && (options.check || options.planned))
     throw Failure(kUsage, std::string(options.check ? "--check: " : "--planned: ") + why);
   client::Client& client = session.client;
-  if (!options.method.empty()) {
-    const auto method = idl::fromName<control::Method>(options.method);
-    if (!method)
-      throw Failure(kUsage, "--method: found '" + options.method + "', expected " + control::methodList());
+  if (method)
     client.setMethod(*method);
-  }
   if (options.check || options.planned)
     checkFirst(session, text, options.method, options.planned);
   client::Motions::Run run{text, options.planned, options.keep_enabled};

@@ -154,7 +154,7 @@ class RealTime:
         self.assertEqual(self.system.states(), ["ENABLED", "ENABLED"])
         self.assertEqual(self.system.assert_still(self), before)
         self.assert_ok(self.system.robot("disable"))
-        self.assert_refused(self.system.robot("resume"), "'resume' is not allowed in DISABLED")
+        self.assert_refused(self.system.robot("resume"), "'resume' is not allowed in DISABLED; 'enable' comes first")
         # A run that is refused switches the power off that it switched on.
         self.assert_refused(self.system.robot("run", "lift"), "planning/request")
         self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
