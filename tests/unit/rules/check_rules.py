@@ -38,6 +38,7 @@ MAY_USE = {
     "bench": LIBRARIES + ["experiments", "services"],
     "tests": LIBRARIES + ["experiments", "services"],
     "deploy": [],
+    "docs": [],
     "console": [],
 }
 
