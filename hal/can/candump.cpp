@@ -85,7 +85,10 @@ CanFrame parseFrame(std::string_view text) {
     parsePayload(rest.substr(2), frame);
   } else if (rest.starts_with('R')) {
     frame.remote = true;
-    frame.length = rest.size() == 1 ? 0 : static_cast<std::uint8_t>(number(rest.substr(1), 16, "a length"));
+    const std::uint64_t length = rest.size() == 1 ? 0 : number(rest.substr(1), 16, "a length");
+    if (length > kClassicLength)
+      throw expected("a length of at most 8, found " + std::to_string(length));
+    frame.length = static_cast<std::uint8_t>(length);
   } else {
     parsePayload(rest.substr(0, rest.find('_')), frame);  // _9 to _F: a raw length code above 8
   }

@@ -69,6 +69,7 @@ TEST(Candump, NamesFileLineAndReason) {
       {"(1.0) vcan0", "an interface and a frame"},
       {"(1.0) vcan0 044#11 X", "at most R or T after the frame, found 'X'"},
       {"(1.0) vcan0 123##", "flags"},
+      {"(1.0) vcan0 123#R108", "a length of at most 8, found 264"},
       {"(1.0) vcan0 123##0112233445566778899", "length"},
   };
   for (const auto& [line, reason] : cases) {
