@@ -13,8 +13,6 @@
 
 namespace tandem::recording {
 
-inline constexpr int kDeepest = 20;  ///< levels of nested types
-
 /// Bytes of a value; 1 for texts and messages.
 inline std::size_t sizeOf(Kind kind) {
   switch (kind) {
@@ -97,6 +95,7 @@ class CdrSink {
     number(text.size() + 1, 4);  // with the zero at the end
     bytes_.append(text).push_back('\0');
   }
+  std::size_t size() const { return bytes_.size(); }
   std::string take() { return std::move(bytes_); }
 
  private:

@@ -10,6 +10,7 @@ namespace tandem::recording {
 namespace {
 
 constexpr std::uint64_t kLargestChunk = 1ull << 30;  // bytes; a larger size is treated as damage
+constexpr std::uint64_t kLargestRatio = 1 << 15;     // of zstd: a block of 128 KiB takes at least 4 bytes
 
 void checkZstd(std::size_t result) {
   if (ZSTD_isError(result))
@@ -50,6 +51,11 @@ std::string decompress(std::string_view bytes, std::string_view compression, std
   if (compression.empty()) {
     out = bytes;
   } else if (compression == "zstd") {
+    // The size is the file's claim: what these bytes cannot hold is not allocated.
+    if (expected_size > kLargestRatio * bytes.size())
+      throw std::runtime_error("found a chunk of " + std::to_string(expected_size) + " bytes in " +
+                               std::to_string(bytes.size()) + " compressed ones, expected at most " +
+                               std::to_string(kLargestRatio * bytes.size()));
     out.resize(expected_size);
     const std::size_t size = ZSTD_decompress(out.data(), out.size(), bytes.data(), bytes.size());
     checkZstd(size);

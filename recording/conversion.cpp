@@ -12,6 +12,8 @@
 namespace tandem::recording {
 namespace {
 
+constexpr std::size_t kLongest = 64u << 20;  // bytes of a converted message
+
 struct Value;
 using Values = std::map<std::string, Value>;
 
@@ -35,10 +37,8 @@ std::uint64_t readBits(Cdr& cdr, Kind kind) {
   }
 }
 
-Values read(const Definition& definition, const std::string& type, Cdr& cdr, int depth = 0) {
+Values read(const Definition& definition, const std::string& type, Cdr& cdr) {
   Values values;
-  if (depth > kDeepest)
-    return values;
   for (const Field& field : definition.types.at(type)) {
     Value& value = values[field.name];
     const std::size_t count = field.count == Field::Count::kSequence
@@ -46,7 +46,7 @@ Values read(const Definition& definition, const std::string& type, Cdr& cdr, int
                                   : field.length;
     for (std::size_t i = 0; cdr.good() && i < count; ++i) {
       if (field.kind == Kind::kMessage)
-        value.messages.push_back(read(definition, field.type, cdr, depth + 1));
+        value.messages.push_back(read(definition, field.type, cdr));
       else if (field.kind == Kind::kString)
         value.texts.push_back(cdr.text());
       else
@@ -61,10 +61,8 @@ T at(const std::vector<T>& values, std::size_t i) {
   return i < values.size() ? values[i] : T{};
 }
 
-void write(const Definition& definition, const std::string& type, const Values& values, CdrSink& sink, int depth = 0) {
+void write(const Definition& definition, const std::string& type, const Values& values, CdrSink& sink) {
   static const Value none;
-  if (depth > kDeepest)
-    return;
   for (const Field& field : definition.types.at(type)) {
     const auto found = values.find(field.name);
     const Value& value = found == values.end() ? none : found->second;
@@ -73,9 +71,9 @@ void write(const Definition& definition, const std::string& type, const Values& 
       count = value.numbers.size() + value.texts.size() + value.messages.size();
       sink.number(count, 4);
     }
-    for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t i = 0; i < count && sink.size() <= kLongest; ++i) {
       if (field.kind == Kind::kMessage)
-        write(definition, field.type, at(value.messages, i), sink, depth + 1);
+        write(definition, field.type, at(value.messages, i), sink);
       else if (field.kind == Kind::kString)
         sink.text(at(value.texts, i));
       else
@@ -131,12 +129,10 @@ Definition withNamesOf(Definition from, const Definition& to) {
 }  // namespace
 
 Conversion::Conversion(Definition from, Definition to) : from_(withNamesOf(std::move(from), to)), to_(std::move(to)) {
-  compare(from_.root, to_.root, "", 0);
+  compare(from_.root, to_.root, "");
 }
 
-void Conversion::compare(const std::string& from, const std::string& to, const std::string& path, int depth) {
-  if (depth > kDeepest)
-    return;  // a recursive definition; reading stops at the same depth
+void Conversion::compare(const std::string& from, const std::string& to, const std::string& path) {
   const std::vector<Field>&before = from_.types.at(from), &after = to_.types.at(to);
   for (const Field& field : before) {
     if (!find(after, field.name))
@@ -159,7 +155,7 @@ void Conversion::compare(const std::string& from, const std::string& to, const s
           .push_back(path + field.name + "[" + std::to_string(std::min(old->length, field.length)) + ".." +
                      std::to_string(std::max(old->length, field.length) - 1) + "]");
     if (field.kind == Kind::kMessage)
-      compare(old->type, field.type, path + field.name + ".", depth + 1);
+      compare(old->type, field.type, path + field.name + ".");
   }
 }
 
@@ -169,7 +165,7 @@ std::optional<std::string> Conversion::operator()(std::string_view bytes) const 
   Cdr cdr(bytes);
   CdrSink sink;
   write(to_, to_.root, read(from_, from_.root, cdr), sink);
-  return sink.take();
+  return sink.size() > kLongest ? std::nullopt : std::optional(sink.take());
 }
 
 }  // namespace tandem::recording

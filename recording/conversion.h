@@ -23,11 +23,12 @@ class Conversion {
   const std::vector<std::string>& dropped() const { return dropped_; }        ///< in the same format
   const std::vector<std::string>& mismatched() const { return mismatched_; }  ///< "mass: float32 before, string after"
 
-  /// @return nothing if the bytes do not fit the old definition, or mismatched() is not empty.
+  /// @return nothing if the bytes do not fit the old definition, mismatched() is not empty, or the result would be
+  /// longer than 64 MiB.
   std::optional<std::string> operator()(std::string_view bytes) const;
 
  private:
-  void compare(const std::string& from, const std::string& to, const std::string& path, int depth);
+  void compare(const std::string& from, const std::string& to, const std::string& path);
 
   Definition from_, to_;
   std::vector<std::string> added_, dropped_, mismatched_;

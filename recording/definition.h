@@ -8,6 +8,9 @@
 
 namespace tandem::recording {
 
+inline constexpr int kDeepest = 20;                    ///< levels of nested types
+inline constexpr std::size_t kMostValues = 1'000'000;  ///< of a message, with one element in each sequence
+
 enum class Kind {
   kBool,
   kInt8,
@@ -41,7 +44,8 @@ struct Definition {
 };
 
 /// Parses the text of a schema. @param type "package/msg/Type"
-/// @throw Error that names the type, and the invalid line or the undefined member type.
+/// @throw Error that names the type, and the invalid line or the undefined member type; also for types that contain
+/// themselves, are nested deeper than kDeepest, or have more than kMostValues values.
 Definition parseDefinition(const std::string& type, const std::string& text);
 
 }  // namespace tandem::recording

@@ -60,12 +60,7 @@ std::size_t valuesOf(const Column& column) {
 
 /// Traverses a message: visit(path, field, count) reads the `count` values of one member.
 template <class Visit>
-void walk(const Definition& definition,
-          const std::string& type,
-          const std::string& path,
-          Cdr& cdr,
-          Visit& visit,
-          int depth = 0) {
+void walk(const Definition& definition, const std::string& type, const std::string& path, Cdr& cdr, Visit& visit) {
   for (const Field& field : definition.types.at(type)) {
     const std::string name = path.empty() ? field.name : path + "." + field.name;
     const std::size_t smallest = field.kind == Kind::kString ? 4 : sizeOf(field.kind);
@@ -76,9 +71,9 @@ void walk(const Definition& definition,
       visit(name, field, count);
       continue;
     }
-    for (std::size_t i = 0; cdr.good() && depth < kDeepest && i < count; ++i)
+    for (std::size_t i = 0; cdr.good() && i < count; ++i)
       walk(definition, field.type, field.count == Field::Count::kOne ? name : name + "[" + std::to_string(i) + "]", cdr,
-           visit, depth + 1);
+           visit);
   }
 }
 

@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstring>
 #include <fstream>
 #include <system_error>
 
@@ -137,6 +138,23 @@ TEST_F(Mcap, FlippedBitsAreNoticedAndNeverBecomeMessages) {
     EXPECT_LE(rowsOf(fast).size(), contents.rows.size());
   }
   EXPECT_GT(noticed, 80);  // the rest is in the summary, which a scan does not read
+}
+
+TEST_F(Mcap, AChunkThatClaimsMoreThanItsBytesCanHoldIsLeftOut) {
+  {
+    Writer writer(folder_ / "a.mcap", {.level = 1});
+    writer.write({writer.addChannel("/a", writer.addSchema("p/msg/A", "ros2msg", "")), 0, 1000, 0, "data"});
+  }
+  std::string bytes = contentsOf(folder_ / "a.mcap");
+  const std::size_t chunk = bytes.find(std::string("\x04\0\0\0zstd", 8));
+  ASSERT_NE(chunk, std::string::npos);
+  const std::uint64_t claim = 1u << 30;  // the size is in front of the checksum and the compression
+  std::memcpy(bytes.data() + chunk - 12, &claim, sizeof claim);
+  Reader reader(put(bytes), Reader::Open::kScan);
+  EXPECT_TRUE(rowsOf(reader).empty());
+  ASSERT_FALSE(reader.damage().empty());
+  EXPECT_NE(reader.damage().front().find("found a chunk of 1073741824 bytes in "), std::string::npos)
+      << reader.damage().front();
 }
 
 TEST_F(Mcap, OtherFilesAreRefusedWithTheirName) {

@@ -39,6 +39,31 @@ TEST(Definition, WhatIsMissingIsNamed) {
   EXPECT_THROW(Table("/a", {1, "p/msg/A", "jsonschema", "{}"}), Error);
 }
 
+TEST(Definition, WhatHasNoBoundedSizeIsRefused) {
+  std::string doubled = "T1 a\nT1 b\n";
+  for (int level = 1; level < 30; ++level) {
+    const std::string next = "T" + std::to_string(level + 1);
+    doubled += "===\nMSG: p/T" + std::to_string(level) + "\n" + next + " a\n" + next + " b\n";
+  }
+  doubled += "===\nMSG: p/T30\nuint8 x\n";
+  const std::pair<std::string, const char*> cases[] = {
+      {"int8[99999999999999999999999] a\n", "line 'int8[99999999999999999999999] a': found an array of"},
+      {"int8[0] a\n", "found an array of 0 elements, expected 1 to 1000000"},
+      {"A a\nA b\n", "type p/A contains itself"},
+      {"B[1000] a\n===\nMSG: p/B\nint8[1001] x\n", "type p/A has more than 1000000 values"},
+      {"B[1000000] a\n===\nMSG: p/B\n", "member a is an array of p/B, which has no members"},
+      {doubled, "20 levels"}};
+  for (const auto& [text, reason] : cases) {
+    try {
+      parseDefinition("p/msg/A", text);
+      FAIL() << reason;
+    } catch (const Error& error) {
+      EXPECT_TRUE(std::string_view(error.what()).starts_with("definition of p/msg/A: ")) << error.what();
+      EXPECT_NE(std::string(error.what()).find(reason), std::string::npos) << error.what();
+    }
+  }
+}
+
 std::string bytes(std::initializer_list<int> values) { return {values.begin(), values.end()}; }
 
 TEST(Table, CellsOfSequencesAndByteOrder) {
