@@ -115,8 +115,12 @@ Definition parseDefinition(const std::string& type, const std::string& text) {
     }
     try {
       Field field;
-      if (readField(line, current.substr(0, current.find('/')), field))
-        definition.types[current].push_back(std::move(field));
+      if (!readField(line, current.substr(0, current.find('/')), field))
+        continue;
+      std::vector<Field>& fields = definition.types[current];
+      if (std::ranges::find(fields, field.name, &Field::name) != fields.end())
+        throw std::out_of_range("member " + field.name + " of " + current + " is there twice");
+      fields.push_back(std::move(field));
     } catch (const std::out_of_range& error) {
       throw Error("definition of " + type + ": line '" + line.substr(0, 100) + "': " + error.what());
     }

@@ -146,8 +146,7 @@ void Reader::takeSummary(std::string_view summary) {
       const auto offset = source.number<std::uint64_t>();
       parts_.push_back({start, end, offset, source.number<std::uint64_t>(), true});
     } else if (opcode == Opcode::kAttachmentIndex) {
-      const auto offset = source.number<std::uint64_t>();
-      attachment_extents_.push_back({offset, source.number<std::uint64_t>()});
+      attachment_extents_.push_back({source.number<std::uint64_t>(), source.number<std::uint64_t>()});
       Attachment attachment;
       attachment.log_time = source.number<std::uint64_t>();
       attachment.create_time = source.number<std::uint64_t>();
@@ -350,6 +349,8 @@ void Reader::load(const Part& part, const Selection& selection, Loaded& loaded) 
     const auto channel = channels_.find(message.channel);
     if (channel == channels_.end()) {
       report(part.offset, "a message of a channel that is not in the file");
+    } else if (message.log_time < part.start || message.log_time > part.end) {
+      report(part.offset, "a message outside of the times in the index of its chunk is left out");
     } else if (message.log_time >= selection.from && message.log_time <= selection.to &&
                (!selection.channel || selection.channel(channel->second))) {
       loaded.queue.push({loaded.next++, records, message});

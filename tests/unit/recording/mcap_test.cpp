@@ -157,6 +157,32 @@ TEST_F(Mcap, AChunkThatClaimsMoreThanItsBytesCanHoldIsLeftOut) {
       << reader.damage().front();
 }
 
+TEST_F(Mcap, AMessageOutsideOfTheTimesInTheIndexIsLeftOutAndReported) {
+  {
+    Writer writer(folder_ / "a.mcap", {.level = 0});
+    const auto channel = writer.addChannel("/a", writer.addSchema("p/msg/A", "ros2msg", ""));
+    for (std::uint32_t i = 0; i < 3; ++i)
+      writer.write({channel, i, 1000 + i, 0, "data"});
+  }
+  std::string bytes = contentsOf(folder_ / "a.mcap");
+  const std::uint64_t times[2] = {1000, 1002}, late = 1001;
+  const std::string_view pair(reinterpret_cast<const char*>(times), sizeof times);
+  std::size_t index = bytes.size();
+  do
+    index = bytes.rfind(pair, index - 1);
+  while (index != std::string::npos && bytes[index - kRecordHead] != static_cast<char>(Opcode::kChunkIndex));
+  ASSERT_NE(index, std::string::npos);
+  std::memcpy(bytes.data() + index, &late, sizeof late);
+  std::memset(bytes.data() + bytes.size() - kMagic.size() - 4, 0, 4);  // no checksum of the summary
+  Reader reader(put(bytes));
+  const std::vector<Row> rows = rowsOf(reader);
+  ASSERT_EQ(rows.size(), 2u);
+  EXPECT_EQ(std::get<2>(rows.front()), 1001u);
+  ASSERT_EQ(reader.damage().size(), 1u);
+  EXPECT_NE(reader.damage().front().find("outside of the times in the index of its chunk"), std::string::npos);
+  EXPECT_EQ(rowsOf(*std::make_unique<Reader>(folder_ / "copy.mcap", Reader::Open::kScan)).size(), 3u);
+}
+
 TEST_F(Mcap, OtherFilesAreRefusedWithTheirName) {
   for (const std::string bytes : {"", "MCAP", "some text that is long enough to be a file"}) {
     try {

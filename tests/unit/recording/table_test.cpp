@@ -39,7 +39,7 @@ TEST(Definition, WhatIsMissingIsNamed) {
   EXPECT_THROW(Table("/a", {1, "p/msg/A", "jsonschema", "{}"}), Error);
 }
 
-TEST(Definition, WhatHasNoBoundedSizeIsRefused) {
+TEST(Definition, WhatIsAmbiguousOrHasNoBoundedSizeIsRefused) {
   std::string doubled = "T1 a\nT1 b\n";
   for (int level = 1; level < 30; ++level) {
     const std::string next = "T" + std::to_string(level + 1);
@@ -49,6 +49,7 @@ TEST(Definition, WhatHasNoBoundedSizeIsRefused) {
   const std::pair<std::string, const char*> cases[] = {
       {"int8[99999999999999999999999] a\n", "line 'int8[99999999999999999999999] a': found an array of"},
       {"int8[0] a\n", "found an array of 0 elements, expected 1 to 1000000"},
+      {"int8 a\nstring a\n", "line 'string a': member a of p/A is there twice"},
       {"A a\nA b\n", "type p/A contains itself"},
       {"B[1000] a\n===\nMSG: p/B\nint8[1001] x\n", "type p/A has more than 1000000 values"},
       {"B[1000000] a\n===\nMSG: p/B\n", "member a is an array of p/B, which has no members"},
