@@ -11,6 +11,7 @@
 #include <boost/beast/websocket.hpp>
 
 #include "services/console/context.h"
+#include "services/console/request.h"
 
 namespace tandem::console {
 
@@ -268,24 +269,6 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
       return upgrade(request, message);
     head_ = request.head;
     send(answer(context_, request), known && message.keep_alive());
-  }
-
-  Request requestOf(const http::request<http::empty_body>& message) const {
-    const auto text = [&](auto field) {
-      const auto value = message[field];
-      return std::string(value.data(), value.size());
-    };
-    Request request;
-    request.get = message.method() == http::verb::get;
-    request.head = message.method() == http::verb::head;
-    const std::string target(message.target().data(), message.target().size());
-    const auto mark = target.find('?');
-    request.path = target.substr(0, mark);
-    request.query = mark == std::string::npos ? "" : target.substr(mark + 1);
-    request.known_etag = text(http::field::if_none_match);
-    request.access_headers = {text(http::field::host),          text(http::field::origin), text("Sec-Fetch-Site"),
-                              text(http::field::authorization), text(http::field::cookie), request.query};
-    return request;
   }
 
   void upgrade(const Request& request, const http::request<http::empty_body>& message) {
