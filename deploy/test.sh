@@ -19,8 +19,9 @@ Exit code: that of ctest, or 1 if the tests do not show a hazard's control.
 Presets other than `release` skip checks whose result is the same for all: source style (label `lint`), hazards, build times.
 The sanitizers `asan` (addresses and undefined behaviour) and `tsan` (threads) are built without Python module and page, and run the
 labels `unit` and `integration_in_process`; processes with deadlines are too slow under them. Name a test to run it nevertheless.
+Preset `fuzz` builds the fuzz targets of tests/fuzz with clang++, and gives each TANDEM_FUZZ_SECONDS (default 30).
 
-  --preset NAME  release (default), debug, asan, tsan, each-file
+  --preset NAME  release (default), debug, asan, tsan, each-file, fuzz
   --room NAME    build and run the unit tests of one folder of tests/unit only: control, services, cli ...
   --no-install   install no packages; neither apt nor root is needed
   --help         this text
@@ -32,6 +33,7 @@ Examples:
   deploy/test.sh -R Gate            tests whose names contain Gate
   deploy/test.sh --preset tsan      with the thread sanitizer
   deploy/test.sh --preset asan -R wire_malformed
+  TANDEM_FUZZ_SECONDS=600 deploy/test.sh --preset fuzz -R fuzz_eds
 TEXT
 }
 
@@ -75,8 +77,13 @@ prepare "$install" "${all[@]}"
 sanitized=false more=ON
 [[ $preset != asan && $preset != tsan ]] || sanitized=true more=OFF
 [[ $preset == release ]] || exclude+='|^lint$'
-configure "$preset" -DTANDEM_TESTS=ON -DTANDEM_WERROR=$more -DTANDEM_PYTHON=$more -DTANDEM_PAGE=$more
-if [[ -n $room ]]; then build "$preset" "tests/unit/$room/all"; else build "$preset"; fi
+if [[ $preset == fuzz ]]; then
+  configure fuzz
+  build fuzz tests/fuzz/all
+else
+  configure "$preset" -DTANDEM_TESTS=ON -DTANDEM_WERROR=$more -DTANDEM_PYTHON=$more -DTANDEM_PAGE=$more
+  if [[ -n $room ]]; then build "$preset" "tests/unit/$room/all"; else build "$preset"; fi
+fi
 results=$(mktemp -d)
 trap 'rm -rf "$results"' EXIT
 cd "$root/build/$preset"
