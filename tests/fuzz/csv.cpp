@@ -6,6 +6,7 @@
 
 #include "config/detail/loaders.h"
 #include "experiments/csv.h"
+#include "services/teleop/device.h"
 #include "tests/fuzz/harness.h"
 
 using namespace tandem;
@@ -45,6 +46,21 @@ void readShape(const std::string& text) {
   }
 }
 
+void readTrace(const std::string& text) {
+  const fuzz::MemoryFile file(text);
+  try {
+    const auto trace = teleop::openTrace(file.path());
+    expect(!trace->describe().empty(), "a motion is described");
+    for (double time = 0.0; time < 5.0; time += 0.05) {
+      const teleop::Reading reading = trace->read(time);
+      expect(reading.linear.allFinite() && reading.position.allFinite(), "a motion is finite");
+    }
+    expect(trace->read(1e300).end, "a motion ends");
+  } catch (const teleop::DeviceError& error) {
+    expect(std::string_view(error.what()).starts_with(file.path()), "an error names its file", error.what());
+  }
+}
+
 }  // namespace
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -53,6 +69,8 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(input.rest());
   if (which == 'p')
     readShape(text);
+  else if (which == 't')
+    readTrace(text);
   else
     readJoints(text, which % 8 + 1);
   return 0;

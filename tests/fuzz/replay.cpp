@@ -35,24 +35,23 @@ int main(int argc, char** argv) {
   for (const int signal : {SIGABRT, SIGSEGV, SIGFPE, SIGBUS})
     std::signal(signal, nameFile);
   std::size_t count = 0;
-  for (int i = 1; i < argc; ++i) {
-    std::size_t found = 0;
-    if (fs::is_regular_file(argv[i])) {
-      run(argv[i]);
-      ++found;
-    } else {
-      for (const auto& entry : fs::recursive_directory_iterator(argv[i])) {
-        if (!entry.is_regular_file())
-          continue;
-        run(entry.path());
-        ++found;
-      }
+  for (const fs::path& given : std::vector<fs::path>(argv + 1, argv + argc)) {
+    const std::size_t before = count;
+    std::error_code missing;
+    if (fs::is_regular_file(given)) {
+      run(given);
+      ++count;
     }
-    if (found == 0) {
-      std::cerr << argv[i] << ": found no files, expected inputs\n";
+    for (const auto& entry : fs::recursive_directory_iterator(given, missing)) {
+      if (!entry.is_regular_file())
+        continue;
+      run(entry.path());
+      ++count;
+    }
+    if (count == before) {
+      std::cerr << given.string() << ": found no inputs, expected a file or a folder with files\n";
       return 1;
     }
-    count += found;
   }
   std::cout << count << " inputs\n";
   return count > 0 ? 0 : 1;
