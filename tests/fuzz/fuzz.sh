@@ -11,7 +11,7 @@ name=${name#fuzz_}
 folder=$(dirname -- "$program")
 found=$folder/found/$name failed=$folder/failed/$name-
 mkdir -p "$found" "$folder/failed"
-dictionary=$(dirname -- "${BASH_SOURCE[0]}")/dictionary/$name.txt
+dictionary=$folder/dictionary/$name
 options=(-max_total_time="$seconds" -timeout=10 -rss_limit_mb=2048 -malloc_limit_mb=512 -max_len=8192 -print_final_stats=1
   -artifact_prefix="$failed")
 [[ ! -e $dictionary ]] || options+=(-dict="$dictionary")
