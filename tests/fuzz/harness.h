@@ -15,6 +15,7 @@
 #include <string>
 #include <string_view>
 
+// libFuzzer calls it by this name. NOLINTNEXTLINE(readability-identifier-naming)
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
 
 namespace tandem::fuzz {
