@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Frames of a foreign node on a bus with a master and simulated drives: every frame is accounted for, positions
- * stay finite, every failed node has a reason, and describes it. Commands for fault injection come with them. */
+/** @file Frames of a foreign node on an operational bus, with a master and simulated drives, one of them enabled: every
+ * frame is accounted for, positions stay finite, every failed node has a reason, and describes it. Commands for fault
+ * injection come with them. */
 #include "tests/fuzz/harness.h"
 #include "tests/unit/support/drive_rig.h"
 
@@ -66,10 +67,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     rig.network.addNode(test::driveSetup(k));
     rig.network.addNode(test::encoderSetup(16 + k));
   }
-  rig.network.setHeartbeat(true);
-  rig.network.bootAll(rig.now);
-  for (int k = 0; k < 40; ++k)
-    rig.cycle();
+  expect(rig.ready(), "an undisturbed bus is operational, with an enabled drive");
   inject(rig, command);
   while (!input.empty()) {
     for (int k = 0; k < 4 && !input.empty(); ++k) {
