@@ -10,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "hal/canopen/cob.h"
 #include "sim/drives/detail/builtin_eds.h"
 
 namespace tandem::sim::drives {
@@ -79,7 +80,8 @@ class Ini {
     return *found;
   }
   std::int64_t number(const Value& value) const { return number(value.text, value.line); }
-  std::int64_t number(const std::string& text, std::size_t line) const {
+  /// @param bits  whether numbers from 2^63 to 2^64 - 1 stand for their bits, as in a 64-bit object
+  std::int64_t number(const std::string& text, std::size_t line, bool bits = false) const {
     const bool negative = text.starts_with('-');
     std::string digits = text.substr(negative ? 1 : 0);
     int base = 10;
@@ -91,7 +93,10 @@ class Ini {
     const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), magnitude, base);
     if (digits.empty() || error != std::errc{} || end != digits.data() + digits.size())
       throw EdsError(file_, line, "expected a number, found '" + text + "'");
-    return negative ? -static_cast<std::int64_t>(magnitude) : static_cast<std::int64_t>(magnitude);
+    constexpr std::uint64_t kLargest = std::numeric_limits<std::int64_t>::max();
+    if (magnitude > (negative ? kLargest + 1 : bits ? ~std::uint64_t{0} : kLargest))
+      throw EdsError(file_, line, "expected a number of 64 bits, found '" + text + "'");
+    return static_cast<std::int64_t>(negative ? 0 - magnitude : magnitude);
   }
   const std::map<std::string, Section>& sections() const { return sections_; }
   const std::string& file() const { return file_; }
@@ -245,23 +250,27 @@ class Reader {
     const Value* value = ini_.value(section, key);
     if (value == nullptr)
       return std::nullopt;
-    return fit(ini_.number(*value), type, value->line);
+    return fit(value->text, type, value->line);
   }
 
   void readDefault(const Value& value, EdsObject& object) const {
     const std::string text = lower(value.text);
     const std::size_t plus = text.find('+');
     if (!text.starts_with("$nodeid")) {
-      object.value = fit(ini_.number(value), object.type, value.line);
+      object.value = fit(value.text, object.type, value.line);
       return;
     }
     object.adds_node_id = true;
-    object.value = plus == std::string::npos
-                       ? 0
-                       : fit(ini_.number(trim(text.substr(plus + 1)), value.line), object.type, value.line);
+    object.value = plus == std::string::npos ? 0 : fit(trim(text.substr(plus + 1)), object.type, value.line);
+    const std::int64_t most = rangeOf(object.type).high - hal::canopen::kMaxNodeId;
+    if (object.value > most)
+      throw EdsError(ini_.file(), value.line,
+                     "DefaultValue: found " + value.text + ", expected at most " + std::to_string(most) +
+                         ", so that every node id fits the data type");
   }
 
-  std::int64_t fit(std::int64_t value, DataType type, std::size_t line) const {
+  std::int64_t fit(const std::string& text, DataType type, std::size_t line) const {
+    const std::int64_t value = ini_.number(text, line, sizeOf(type) == 8);
     const Range range = rangeOf(type);
     // Negative numbers may be written as their two's complement: 0xFF for an INTEGER8.
     if (isSigned(type) && sizeOf(type) < 8 && value > range.high && value <= 2 * range.high + 1)
