@@ -15,6 +15,9 @@ constexpr std::array<std::string_view, kFaultKinds> kNames{
     "intermittent", "over_current", "over_temperature", "encoder_alarm", "frame_loss",     "byte_flips",
     "bus_off",      "babbling",     "runaway",          "brake_failure", "emergency_stop", "overload"};
 
+constexpr double kLongest = 1e6;  // s
+constexpr double kLargest = 1e9;  // of a value: all times that follow from it are counted in ns
+
 std::string allNames() {
   std::string text;
   for (const std::string_view one : kNames)
@@ -29,7 +32,8 @@ FaultKind requireFault(const std::string& word) {
   return *kind;
 }
 
-double requireNumber(const std::string& word, const char* what) {
+/// @throw std::invalid_argument unless it is a number of at most this magnitude
+double requireNumber(const std::string& word, const char* what, double most) {
   std::size_t used = 0;
   double value = 0.0;
   try {
@@ -37,8 +41,11 @@ double requireNumber(const std::string& word, const char* what) {
   } catch (const std::exception&) {
     used = 0;
   }
-  if (used == 0 || used != word.size() || !std::isfinite(value))
-    throw std::invalid_argument(std::string(what) + " '" + word + "', expected a number");
+  if (used == 0 || used != word.size() || !(std::abs(value) <= most)) {
+    std::ostringstream text;
+    text << what << " '" << word << "', expected a number, at most " << most;
+    throw std::invalid_argument(text.str());
+  }
   return value;
 }
 
@@ -46,7 +53,7 @@ std::uint8_t requireNode(std::istringstream& in) {
   std::string word;
   if (!(in >> word))
     throw std::invalid_argument("expected a node id, 0 for the bus");
-  const double id = requireNumber(word, "node");
+  const double id = requireNumber(word, "node", 127);
   if (id < 0 || id > 127 || id != std::floor(id))
     throw std::invalid_argument("node '" + word + "', expected 0 to 127");
   return static_cast<std::uint8_t>(id);
@@ -62,11 +69,11 @@ void readInjection(std::istringstream& in, Injection& injection) {
     if (word == "for") {
       if (!(in >> word))
         throw std::invalid_argument("expected a number of seconds after 'for'");
-      injection.duration = requireNumber(word, "duration");
+      injection.duration = requireNumber(word, "duration", kLongest);
       if (injection.duration <= 0.0)
         throw std::invalid_argument("duration '" + word + "', expected more than 0 s");
     } else {
-      injection.value = requireNumber(word, "value");
+      injection.value = requireNumber(word, "value", kLargest);
     }
   }
 }

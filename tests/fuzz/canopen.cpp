@@ -47,8 +47,8 @@ void inject(test::DriveRig& rig, std::string_view line) {
   try {
     const auto command = sim::drives::parseFaultCommand(std::string(line));
     if (command.kind == sim::drives::FaultCommand::Kind::kInject) {
-      expect(std::isfinite(command.injection.value) && command.injection.duration >= 0.0,
-             "an injected fault has a finite value and duration", std::string(line));
+      expect(std::abs(command.injection.value) <= 1e9 && command.injection.duration <= 1e6,
+             "an injected fault has a value and a duration that can be counted in ns", std::string(line));
       rig.drives.inject(command.injection);
     }
   } catch (const std::invalid_argument& error) {

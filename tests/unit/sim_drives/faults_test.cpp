@@ -268,7 +268,8 @@ TEST(FaultCommand, ReadsWhatItDocuments) {
   EXPECT_EQ(parseFaultCommand("clear 0").fault, std::nullopt);
   EXPECT_EQ(parseFaultCommand("clear 4 stuck").fault, FaultKind::kStuck);
   EXPECT_EQ(parseFaultCommand("mark").kind, FaultCommand::Kind::kMark);
-  for (const char* line : {"", "break 1", "inject", "inject x stuck", "inject 128 stuck", "inject 1", "inject 1 tired",
+  for (const char* line : {"inject 1 off for 1e300", "inject 1 delayed 2e9", "inject 1 delayed nan", "inject 128 off",
+                           "", "break 1", "inject", "inject x stuck", "inject 128 stuck", "inject 1", "inject 1 tired",
                            "inject 1 stuck for", "inject 1 stuck for -1", "inject 1 wrong 3x", "clear", "state 1"}) {
     EXPECT_THROW(parseFaultCommand(line), std::invalid_argument) << line;
   }
