@@ -20,6 +20,11 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   tandem::fuzz::expect(length == size, "a frame is encoded with the length of its packet");
   tandem::fuzz::expect(can::decodeFrame(written, length, again) && can::sameOnWire(frame, again),
                        "a frame is encoded as it was decoded");
+  tandem::fuzz::expect(std::equal(packet.data, packet.data + frame.length, written.data),
+                       "data are those of the packet");
+  tandem::fuzz::expect(!frame.fd || written.flags == (packet.flags & (CANFD_BRS | CANFD_ESI)),
+                       "flags are those of the packet");
+  tandem::fuzz::expect((written.can_id & ~packet.can_id) == 0, "the identifier is that of the packet");
   if (const auto emergency = canopen::parseEmcy(frame)) {
     const can::CanFrame message = canopen::emcyFrame(frame.id, *emergency);
     tandem::fuzz::expect(std::equal(message.data.begin(), message.data.begin() + 8, frame.data.begin()),

@@ -3,11 +3,22 @@
  */
 #include "hal/can/candump.h"
 
+#include <algorithm>
+#include <cctype>
 #include <sstream>
 
 #include "tests/fuzz/harness.h"
 
 using namespace tandem::hal::can;
+
+namespace {
+
+std::string upper(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+  return text;
+}
+
+}  // namespace
 
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::string text(tandem::fuzz::textOf(data, size));
@@ -16,6 +27,9 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     for (const LogEntry& entry : readLog(stream, "run.log")) {
       const std::string line = formatLogLine(entry.frame, entry.interface, entry.frame.time);
       tandem::fuzz::expect(lengthIsValid(entry.frame), "a frame has a valid length", line);
+      const std::size_t hash = line.find('#', line.rfind(' '));
+      const std::string id = line.substr(line.rfind(' ') + 1, hash - line.rfind(' '));
+      tandem::fuzz::expect(upper(text).find(id) != std::string::npos, "an identifier is written as it was read", line);
       const LogEntry again = parseLogLine(line);
       tandem::fuzz::expect(sameOnWire(again.frame, entry.frame), "a frame is written as it was read", line);
       tandem::fuzz::expect(again.interface == entry.interface, "an interface is written as it was read", line);

@@ -110,12 +110,14 @@ class Dialogue {
       now_ += kTimeout / 10;
     }
     expect(!client_.busy(), "every transfer ends");
-    const std::vector<std::uint8_t> bytes(300, 7);
     server_.reset();
     client_.reset();
-    transfer([&] { client_.download({0x2000, 1}, bytes, now_); });
-    transfer([&] { client_.upload({0x2000, 1}, now_); });
-    expect(std::ranges::equal(client_.data(), bytes), "after a reset what is written is read");
+    for (const std::size_t size : {1, 2, 3, 4, 5, 7, 8, 300}) {
+      const std::vector<std::uint8_t> bytes(size, 7);
+      transfer([&] { client_.download({0x2000, 1}, bytes, now_); });
+      transfer([&] { client_.upload({0x2000, 1}, now_); });
+      expect(std::ranges::equal(client_.data(), bytes), "after a reset what is written is read");
+    }
   }
   template <class Begin>
   void transfer(Begin begin) {
