@@ -16,6 +16,7 @@
 #include "robots/capability.h"
 #include "services/cli/deployment/domain.h"
 #include "services/cli/deployment/supervisor.h"
+#include "services/cli/legend.h"
 #include "services/cli/models/experiment_runner.h"
 #include "services/cli/models/figure.h"
 #include "services/cli/subcommand.h"
@@ -286,9 +287,9 @@ void registerExperiment(CLI::App& app, int& exit_code) {
   command->add_flag("--by-configuration", options->by_configuration,
                     "also a line for each start configuration, below the mean over all of them");
   command->add_flag("--json", options->json, "JSON instead of the table");
-  command->footer(
-      "Exit code 1: a point did not converge or a setpoint left its limits.\n"
-      "Example: tandem experiment table3 --csv results/csv --figures results/figures");
+  command->footer(legend({"converged", "outside", "gate"}) +
+                  "Exit code 1: a point did not converge or a setpoint left its limits.\n"
+                  "Example: tandem experiment table3 --csv results/csv --figures results/figures");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runExperiment(*options); }); });
 }
 

@@ -13,6 +13,7 @@
 #include "config/robot_files.h"
 #include "control/method_names.h"
 #include "experiments/montecarlo.h"
+#include "services/cli/legend.h"
 #include "services/cli/models/figure.h"
 #include "services/cli/models/parallel.h"
 #include "services/cli/subcommand.h"
@@ -320,6 +321,7 @@ void registerMonteCarlo(CLI::App& app, int& exit_code) {
   command->add_option("-j,--jobs", options->jobs, "threads; 0: one per core")->check(client::kNonNegative);
   addOutputs(*command, *options);
   command->footer(
+      legend({"outside", "gate", "margin", "no reach", "snaps", "contact"}) +
       "The same seed gives the same rows, whatever --jobs and --shard are (docs/montecarlo.md). Exit code 1: a "
       "setpoint\n"
       "left its limits or a task out of reach was reported as done.\n"

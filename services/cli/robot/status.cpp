@@ -18,6 +18,7 @@
 #include "planning/follower.h"
 #include "robots/limit_description.h"
 #include "safety/operating_state.h"
+#include "services/cli/legend.h"
 #include "services/cli/robot/processes.h"
 #include "services/cli/robot/status_print.h"
 #include "services/cli/subcommand.h"
@@ -314,6 +315,11 @@ void registerStatus(CLI::App& app, int& exit_code) {
           "--check", *check,
           "health check: exit code 0 if messages of all processes of this host are received within --wait, else 1")
       ->excludes(again);
+  status->footer(legend({"gate", "guards", "restricted"}) +
+                 "Examples:\n"
+                 "  tandem status --follow\n"
+                 "  tandem status laptop-1khz --json\n"
+                 "  tandem status --check || echo 'a process is silent'");
 }
 
 }  // namespace tandem::cli

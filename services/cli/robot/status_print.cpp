@@ -103,11 +103,15 @@ void printStatus(const nlohmann::ordered_json& json) {
     std::printf("\n");
   }
   std::printf("  guards:");
+  bool intervened = false;
   for (const auto& [name, count] : json["guards"].items()) {
     if (count.get<std::uint64_t>() > 0) {
       std::printf(" %s %llu", name.c_str(), static_cast<unsigned long long>(count.get<std::uint64_t>()));
+      intervened = true;
     }
   }
+  if (!intervened)
+    std::printf(" none");
   std::printf("\n");
   for (const auto& [service, topics] : json["dropped"].items()) {
     for (const auto& [topic, what] : topics.items())
