@@ -2,10 +2,12 @@
 """Random processes are killed, frozen or ended at a random time of a motion, and restarted individually while the others continue: the
 robot stops in time, nothing moves without a command afterwards, and the next run works.
 
-TANDEM_DEEDS is the number of repetitions (default 20); TANDEM_SEED repeats a run."""
+TANDEM_DEEDS is the number of faults (default 20). The seed of the run is printed, and each fault depends only on that seed and its own
+number: TANDEM_SEED=N repeats a run, and TANDEM_SEED=N TANDEM_ONLY=K repeats its fault K alone."""
 import collections
 import os
 import pathlib
+import random
 import signal
 import subprocess
 import sys
@@ -69,7 +71,7 @@ class Parts:
 class Anywhen(system.SystemTest):
     def setUp(self):
         super().setUp()
-        self.random = system.seeded(self)
+        self.seed = system.seeded(self).getrandbits(32)
         self.shared_before = shared_memory()
         self.parts = Parts(system.deployment(self.folder, "laptop", control_period_s=PERIOD,
                                              budgets=DEPLOYMENT_BUDGETS))
@@ -131,9 +133,15 @@ class Anywhen(system.SystemTest):
         self.assert_ok(self.parts.robot("disable"))
         self.assertEqual([arm["operating_state"] for arm in self.parts.status()["arms"]], ["DISABLED"] * 2)
 
+    def numbers(self):
+        """Numbers of the faults to do."""
+        only = os.environ.get("TANDEM_ONLY")
+        return range(int(os.environ.get("TANDEM_DEEDS", "20"))) if only is None else [int(only)]
+
     def test_random_processes_fail_at_random_times(self):
         deeds = collections.Counter()
-        for number in range(int(os.environ.get("TANDEM_DEEDS", "20"))):
+        for number in self.numbers():
+            self.random = random.Random(f"{self.seed}/{number}")
             name = self.random.choice((*PROGRAMS, "client"))
             deed = self.random.choice(("kill", "freeze", "end"))
             try:
@@ -142,7 +150,7 @@ class Anywhen(system.SystemTest):
                 self.do(name, deed)
                 self.assert_recovers()
             except BaseException:
-                print(f"  number {number}: {deed} {name}", flush=True)
+                print(f"  {deed} {name}; TANDEM_ONLY={number} with the seed above repeats this fault", flush=True)
                 raise
             deeds[f"{deed} {name}"] += 1
         print(f"  {dict(deeds)}", flush=True)
