@@ -19,9 +19,9 @@ const Mapping kWallTable{
     "modulus, "
     "or is given as measured; shear, extension and torsion follow from it.",
     {
-        positive("outer_diameter", kLength, "outer diameter").required(),
+        positive("outer_diameter", kLength, "outer diameter").required().usually(0.2e-3, 30e-3),
         notNegative("inner_diameter", kLength, "diameter of the lumen, smaller than the outer diameter").required(),
-        positive("youngs_modulus", kModulus, "E").defaultNote("`bending_stiffness`"),
+        positive("youngs_modulus", kModulus, "E").defaultNote("`bending_stiffness`").usually(1e6, 300e9),
         positive("bending_stiffness", kStiffness, "E I").defaultNote("`youngs_modulus`"),
         number("poisson_ratio", kNone, "nu, in G = E / (2 (1 + nu))").within(0.0, 0.5).defaultsTo(0.4),
         positive("torsional_stiffness", kStiffness, "G J").defaultNote("that of the tube"),

@@ -97,6 +97,14 @@ std::string expectation(const Field& field, const Unit* unit, bool element) {
   return (field.or_scalar ? one + ", or a list of " + sizes : "a list of " + sizes + " (each " + one + ")");
 }
 
+std::string usualForPeople(const Field& field, const Unit* unit) {
+  if (!field.usual)
+    return "";
+  const auto number = [unit](double si) { return formatNumber(unit ? unit->fromSi(si) : si); };
+  return "usually " + number(field.usual->minimum) + " to " + number(field.usual->maximum) +
+         (unit ? " " + unit->forPeople() : "");
+}
+
 Field flag(const std::string& name, const std::string& description) { return make(name, Type::kBool, description); }
 
 Field integer(const std::string& name, const std::string& description) {
@@ -167,6 +175,12 @@ Field Field::atLeast(double minimum) const {
 Field Field::atMost(double maximum) const {
   Field field = *this;
   field.range.maximum = maximum;
+  return field;
+}
+
+Field Field::usually(double minimum, double maximum) const {
+  Field field = *this;
+  field.usual = Range{minimum, maximum};
   return field;
 }
 

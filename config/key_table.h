@@ -44,6 +44,7 @@ struct Field {
   int max_size = 0;
   int row_size = 0;  ///< > 0: the list's elements are lists of so many numbers
   Range range;
+  std::optional<Range> usual;            ///< values outside of it are read with a warning, SI
   std::vector<std::string> words;        ///< the only texts allowed, or words allowed instead of a number or mapping
   std::string pattern;                   ///< ECMAScript regular expression of a text
   std::string pattern_meaning;           ///< description of the pattern for a person
@@ -66,7 +67,8 @@ struct Field {
   Field atLeast(double minimum) const;  ///< inclusive
   Field atMost(double maximum) const;
   Field within(double minimum, double maximum) const;
-  Field orUnlimited() const;  ///< the word "unlimited" means infinity
+  Field usually(double minimum, double maximum) const;  ///< sets `usual`; for lists, of each element's size
+  Field orUnlimited() const;                            ///< the word "unlimited" means infinity
   Field oneOf(std::vector<std::string> allowed) const;
   Field matching(const std::string& regular_expression, const std::string& meaning) const;
   Field orInteger() const;
@@ -110,6 +112,9 @@ std::string formatNumber(double value);
 /// Description of the permitted values of this field, in the unit of its key: "a length more than 0, in mm".
 /// @param element of an element of the list instead of the whole
 std::string expectation(const Field& field, const Unit* unit, bool element = false);
+
+/// "usually 1 to 300 GPa", in the unit of its key; empty without such a range.
+std::string usualForPeople(const Field& field, const Unit* unit);
 
 /// Path of an element: "tubes[2]" for "tubes" and 2.
 std::string indexed(std::string path, std::size_t index);

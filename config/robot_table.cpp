@@ -39,24 +39,27 @@ const Mapping kTubeTable{
                  kLength,
                  "outer diameter, smaller than the next tube's inner one",
                  &Tube::outer_diameter)
-            .required(),
+            .required()
+            .usually(0.2e-3, 20e-3),
         notNegative("inner_diameter",
                     kLength,
                     "inner diameter, smaller than the outer one; 0 for a wire",
                     &Tube::inner_diameter)
             .required(),
-        positive("youngs_modulus", kModulus, "E", &Tube::youngs_modulus).required(),
+        positive("youngs_modulus", kModulus, "E", &Tube::youngs_modulus).required().usually(1e9, 300e9),
         number("poisson_ratio",
                kNone,
                "nu; serves only in G = E / (2 (1 + nu)); above 0.5 with a warning",
                &Tube::poisson_ratio)
             .required()
             .above(-1),
-        positive("straight_length", kLength, "L_s, from the proximal end").defaultNote("`sections`"),
+        positive("straight_length", kLength, "L_s, from the proximal end").defaultNote("`sections`").usually(1e-3, 2.0),
         positive("curved_length", kLength, "L_c, at the tip; each tube is longer than the next")
-            .defaultNote("`sections`"),
+            .defaultNote("`sections`")
+            .usually(1e-3, 1.0),
         number("curvature", kCurvature, "kappa; positive bends toward +x of the arm's base at alpha = 0")
-            .defaultNote("`sections`"),
+            .defaultNote("`sections`")
+            .usually(0.1, 200.0),
         mapping("sections", kSectionTable, "sections of constant properties, from the proximal end to the tip")
             .list(1, kinematics::kMaxTubeSections)
             .defaultNote("a straight and a curved one"),

@@ -206,7 +206,8 @@ std::string rowOf(const Field& field, bool is_choice) {
   for (const auto& [key, unit] : field.keys())
     keys.push_back(std::string("`").append(key).append("`"));
   // The ranges of both units are equal; the table shows the preferred one.
-  const std::string expected = expectation(field, field.keys().front().second);
+  const Unit* unit = field.keys().front().second;
+  const std::string expected = expectation(field, unit) + (field.usual ? "; " + usualForPeople(field, unit) : "");
   return "| " + join(keys, "<br>") + " | " + field.description + " | " + expected + " | " +
          defaultForPeople(field, is_choice) + " |\n";
 }

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <variant>
 
@@ -119,10 +120,7 @@ Summary summarize(const CooperativeRobot& robot) {
   return {"cooperative", text, robot.warnings};
 }
 
-}  // namespace
-
-Summary validate(const std::filesystem::path& file) {
-  const std::string kind = Document(file.string(), readFile(file)).kind();
+Summary summaryOf(const std::filesystem::path& file, const std::string& kind) {
   if (kind == "cooperative")
     return summarize(loadCooperative(file));
   if (kind == "experiment")
@@ -136,6 +134,20 @@ Summary validate(const std::filesystem::path& file) {
   if (kind == "trajectory")
     return summarize(loadTrajectory(file));
   return summarize(loadAnyRobot(file));
+}
+
+}  // namespace
+
+Summary validate(const std::filesystem::path& file) {
+  Document document(file.string(), readFile(file));
+  const std::string kind = document.kind();
+  Summary summary = summaryOf(file, kind);
+  document.check(tableOf(kind));
+  for (const std::string& warning : document.warnings()) {
+    if (std::ranges::find(summary.warnings, warning) == summary.warnings.end())
+      summary.warnings.push_back(warning);
+  }
+  return summary;
 }
 
 }  // namespace tandem::config

@@ -10,14 +10,20 @@ namespace {
 using enum Quantity;
 using Spec = planning::TrajectorySpec;
 constexpr int kMostPoints = 100000;
+constexpr double kShort = 1e-6, kLong = 0.3;  // m, of the parts of a path that fit into a body
 
-const Mapping kRectangleTable{
-    "rectangle",
-    "Closed rectangle from the start: along first, then second, and back.",
-    {
-        number("first", kLength, "first leg [x, y, z]", &planning::Rectangle::first).required().vector3(),
-        number("second", kLength, "second leg [x, y, z]", &planning::Rectangle::second).required().vector3(),
-    }};
+const Mapping kRectangleTable{"rectangle",
+                              "Closed rectangle from the start: along first, then second, and back.",
+                              {
+                                  number("first", kLength, "first leg [x, y, z]", &planning::Rectangle::first)
+                                      .required()
+                                      .vector3()
+                                      .usually(kShort, kLong),
+                                  number("second", kLength, "second leg [x, y, z]", &planning::Rectangle::second)
+                                      .required()
+                                      .vector3()
+                                      .usually(kShort, kLong),
+                              }};
 
 const Mapping kLissajousTable{
     "lissajous",
@@ -25,7 +31,8 @@ const Mapping kLissajousTable{
     {
         number("amplitude", kLength, "amplitude per axis [x, y, z]", &planning::Lissajous::amplitude)
             .required()
-            .vector3(),
+            .vector3()
+            .usually(kShort, kLong),
         number("cycles", kNone, "number of cycles per axis", &planning::Lissajous::cycles).required().vector3(),
         number("phase", kAngle, "phase per axis", &planning::Lissajous::phase).vector3(),
     }};
@@ -39,7 +46,8 @@ const Mapping kCircleTable{
                "vector from the start to the centre; its length is the radius",
                &planning::Circle::center_offset)
             .required()
-            .vector3(),
+            .vector3()
+            .usually(kShort, kLong),
         number("normal",
                kNone,
                "normal of the circle's plane, perpendicular to center_offset",
@@ -54,7 +62,8 @@ const Mapping kLineTable{
     "Straight line.",
     {number("displacement", kLength, "vector from the start to the end", &planning::Line::displacement)
          .required()
-         .vector3()}};
+         .vector3()
+         .usually(kShort, kLong)}};
 
 const Mapping kWaypointsTable{"waypoints",
                               "Polyline through given points.",
@@ -131,11 +140,12 @@ std::vector<Field> trajectoryFields() {
           .defaultsTo("hold"),
       text("following", "point_by_point: next point when within tolerance; timed: along the path by time",
            {{"point_by_point", Following::kPointByPoint}, {"timed", Following::kTimed}}, &Spec::following),
-      positive("tolerance", kLength, "a point is reached when both errors are below it", &Spec::tolerance),
+      positive("tolerance", kLength, "a point is reached when both errors are below it", &Spec::tolerance)
+          .usually(1e-6, 0.02),
       integer("max_iterations", "largest number of control steps per point", &Spec::max_iterations).within(1, 1000000),
       positive("point_duration", kTime, "nominal time per point; feed-forward = spacing / point_duration",
                &Spec::point_duration),
-      positive("speed", kSpeed, "speed along the path, with `following: timed`", &Spec::speed),
+      positive("speed", kSpeed, "speed along the path, with `following: timed`", &Spec::speed).usually(1e-6, 0.2),
       positive("acceleration", kAcceleration, "acceleration along the path, with `following: timed`",
                &Spec::acceleration),
   };

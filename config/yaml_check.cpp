@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "config/detail/key_check.h"
@@ -22,7 +23,7 @@ std::string describe(const Mapping& table) {
 std::string commaHint(const YAML::Node& node, const Field& field) {
   if (field.type != Type::kNumber || !node.IsScalar())
     return "";
-  const std::string text = node.Scalar();
+  const std::string& text = node.Scalar();
   const std::size_t comma = text.find(',');
   if (comma == std::string::npos || !isCutOff(text.substr(comma + 1)))
     return "";
@@ -90,10 +91,10 @@ void Map::checkPresence() const {
     const bool misspelled =
         std::any_of(unknown_.begin(), unknown_.end(), [&](const std::string& key) { return isMeant(field, key); });
     if (field.is_required && !present && !misspelled) {
-      const auto [key, unit] = field.keys().front();
       collect([&] {
-        throw error(mark_, pathOf(key),
-                    "the key is missing, expected " + field.keysForPeople() + ": " + expectation(field, unit));
+        throw error(mark_, pathOf(field.key()),
+                    "the key is missing, expected " + field.keysForPeople() + ": " +
+                        expectation(field, field.keys().front().second));
       });
     }
   }
@@ -179,6 +180,14 @@ void Map::checkScalar(const Entry& entry, const YAML::Node& node, const std::str
                     (field.type == Type::kText && readText(node, field));
   if (!good)
     unexpected(entry, node, path, true);
+  if (!field.usual || field.type != Type::kNumber)
+    return;
+  const double size = std::abs(readNumber(node, field, entry.unit).value());
+  if (size != 0.0 && std::isfinite(size) && (size < field.usual->minimum || size > field.usual->maximum)) {
+    const std::string message =
+        "found " + node.Scalar() + ", " + usualForPeople(field, entry.unit) + "; check the unit";
+    document_->warnings_.emplace_back(error(node.Mark(), path, message).what());
+  }
 }
 
 void Map::unexpected(const Entry& entry, const YAML::Node& node, const std::string& path, bool element) const {

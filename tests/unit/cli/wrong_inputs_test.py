@@ -32,17 +32,30 @@ class WrongInputs(unittest.TestCase):
             self.assertIn(text, printed)
         self.assertLess(max(map(len, answer.stderr.splitlines()), default=0), 400, "a line that nobody reads")
 
+    def write(self, case):
+        text = case.get("text")
+        if text is None:
+            valid = (system.PRESETS / f"{case['of']}.yaml").read_text()
+            self.assertIn(case["from"], valid, "the preset has no such text")
+            text = valid.replace(case["from"], case["to"]).replace("../robots/", f"{system.PRESETS}/robots/")
+        (self.folder / "wrong.yaml").write_text(text)
+
     def test_files(self):
         self.assertGreaterEqual(len(TABLE["files"]), 36)
         for case in TABLE["files"]:
             with self.subTest(**case):
-                text = case.get("text")
-                if text is None:
-                    valid = (system.PRESETS / f"{case['of']}.yaml").read_text()
-                    self.assertEqual(valid.count(case["from"]) > 0, True, "the preset has no such text")
-                    text = valid.replace(case["from"], case["to"]).replace("../robots/", f"{system.PRESETS}/robots/")
-                (self.folder / "wrong.yaml").write_text(text)
+                self.write(case)
                 self.expect(["validate", "wrong.yaml"], ["wrong.yaml:", *case["says"]])
+
+    def test_implausible_numbers(self):
+        for case in TABLE["implausible"]:
+            with self.subTest(**case):
+                self.write(case)
+                self.expect(["validate", "wrong.yaml"], ["warning: wrong.yaml:", *case["says"]], code=0)
+
+    def test_presets_have_no_implausible_numbers(self):
+        answer = system.run("validate", *system.PRESETS.glob("*/*.yaml"))
+        self.assertNotIn("usually", answer.stdout)
 
     def test_command_lines(self):
         self.assertGreaterEqual(len(TABLE["commands"]), 20)
