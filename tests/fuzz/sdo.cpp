@@ -33,6 +33,8 @@ class Objects final : public tandem::sim::drives::SdoAccess {
     std::copy(bytes.begin(), bytes.end(), kept_.begin());
     return SdoAbort::kNone;
   }
+
+ private:
   ObjectAddress address_;
   std::size_t size_ = 0;
   std::array<std::uint8_t, tandem::sim::drives::SdoServer::kCapacity> kept_{};
