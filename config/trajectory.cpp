@@ -162,7 +162,7 @@ planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::p
   spec.arm = indexOfLetter(spec.arm_name);
   spec.other_arm = spec.other_arm_name.empty() ? planning::kNoArm : indexOfLetter(spec.other_arm_name);
   if (spec.arm_name == spec.other_arm_name)
-    map.fail(map.has("other_arm") ? "other_arm" : "arm", "found the same arm twice, expected two arms");
+    map.fail(map.has("other_arm") ? "other_arm" : "arm", planning::kSameArmTwice);
   spec.shape = readShape(map.map("shape"), folder);
   if (!map.isWord("relative"))
     spec.relative.push_back(readShape(map.map("relative"), folder));

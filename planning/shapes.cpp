@@ -93,7 +93,7 @@ std::string TrajectorySpec::wrongArms(int count) const {
     if (k < 0 || k >= count)
       return "found arm " + std::to_string(k) + ", expected an index of 0 to " + std::to_string(count - 1);
   }
-  return hasRelative() && arm == other_arm ? "found the same arm twice, expected two arms" : "";
+  return hasRelative() && arm == other_arm ? kSameArmTwice : "";
 }
 
 Reference referenceTo(const TrajectorySpec& spec,

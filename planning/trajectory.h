@@ -53,6 +53,8 @@ enum class Following {
 inline constexpr int kNoArm = -1;
 /// An arm that is known by its name only, until config::findArms() has looked it up.
 inline constexpr int kNamedArm = -2;
+/// What is wrong with a relative position of a tip and itself.
+inline constexpr const char* kSameArmTwice = "found the same arm twice, expected two arms";
 
 /** A trajectory of one tip, alone or with a constant or moving relative position of two tips. SI. */
 struct TrajectorySpec {

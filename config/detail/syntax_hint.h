@@ -7,10 +7,10 @@
 namespace tandem::config {
 
 /// Likely cause of a syntax error near a line (from 0), as a clause to append to its message: a tab as indentation, a
-/// bracket or quote that is not closed, a colon without a blank after it. Empty: none found.
+/// bracket or quote that is not closed, a colon without a blank after it; else the indentation.
 std::string syntaxHint(const std::string& text, int line);
 
-/// "12" of an entry that a decimal comma has cut off, as in `{length_mm: 3,12}`; false for other keys.
+/// Whether a text is the fraction of a number that a decimal comma has cut off: "12" of `{length_mm: 3,12}`.
 bool isCutOff(const std::string& key);
 
 }  // namespace tandem::config
