@@ -56,7 +56,7 @@ class Run:
         """Names of the translations by arm: {"a": ["a1", "a2", "a3"], ...}."""
         arms = {}
         for name in self.column:
-            match = re.fullmatch(r"beta_(.*?_?)(\d+)", name)
+            match = re.fullmatch(r"beta_(.*?)(\d+)", name)
             if match:
                 arms.setdefault(match.group(1).rstrip("_"), []).append(match.group(1) + match.group(2))
         return arms

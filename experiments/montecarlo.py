@@ -14,6 +14,7 @@ import argparse
 import csv
 import pathlib
 import sys
+import typing
 
 import numpy as np
 from matplotlib.lines import Line2D
@@ -127,12 +128,23 @@ def first_case(table):
     return rows, base
 
 
+class Quantity(typing.NamedTuple):
+    """A number of each run, and how it is shown."""
+
+    label: str    # of the figure
+    header: str   # of the LaTeX table
+    column: str   # of the CSV table
+    digits: int
+    values: np.ndarray
+
+
 def quantities(table):
-    """What box plots and tables show of each run: label, header in LaTeX, column of a table, digits, values."""
-    relative = (r"$\epsilon_{AB}$, RMS of a run (mm)", r"$\epsilon_{AB}$ (mm)", "rms_ab_mm", 4, np.maximum(MM * table["rms_ab"], FLOOR))
-    others = [(r"$\epsilon_A$, RMS of a run (mm)", r"$\epsilon_A$ (mm)", "rms_a_mm", 3, np.maximum(MM * table["rms_a"], FLOOR)),
-              ("iterations per point", "iterations per point", "iterations_per_point", 2,
-               table["iterations"] / np.maximum(table["points"], 1))]
+    """What box plots and tables show of each run."""
+    relative = Quantity(r"$\epsilon_{AB}$, RMS of a run (mm)", r"$\epsilon_{AB}$ (mm)", "rms_ab_mm", 4,
+                        np.maximum(MM * table["rms_ab"], FLOOR))
+    others = [Quantity(r"$\epsilon_A$, RMS of a run (mm)", r"$\epsilon_A$ (mm)", "rms_a_mm", 3, np.maximum(MM * table["rms_a"], FLOOR)),
+              Quantity("iterations per point", "iterations per point", "iterations_per_point", 2,
+                       table["iterations"] / np.maximum(table["points"], 1))]
     return [relative, *others] if table["rms_ab"].any() else others  # without a relative position its error is 0
 
 
@@ -145,9 +157,10 @@ def statistics(table):
         lower, upper = wilson(table["succeeded"][mine].sum(), mine.sum())
         row = {"method": method, "tasks": int(mine.sum()), "succeeded": int(table["succeeded"][mine].sum()),
                "succeeded_lower_95": lower, "succeeded_upper_95": upper}
-        for _, _, name, _, values in quantities(table):
-            ends = median_interval(values[mine])
-            row |= dict(zip((f"{name}_q1", f"{name}_median", f"{name}_q3"), np.percentile(values[mine], [25, 50, 75])))
+        for quantity in quantities(table):
+            name, values = quantity.column, quantity.values[mine]
+            ends = median_interval(values)
+            row |= dict(zip((f"{name}_q1", f"{name}_median", f"{name}_q3"), np.percentile(values, [25, 50, 75])))
             row |= {f"{name}_median_lower_95": ends[0], f"{name}_median_upper_95": ends[1]}
         rows.append(row)
     return rows
@@ -163,14 +176,15 @@ def write_tables(table, target):
         writer.writerows(rows)
     lines = ["% medians [95 % intervals]; share of tasks that succeeded [95 % interval, Wilson]",
              rf"\begin{{tabular}}{{lrr{'r' * len(shown)}}}", r"\toprule",
-             " & ".join(["method", "tasks", r"succeeded (\%)", *(header for _, header, _, _, _ in shown)]) + r" \\", r"\midrule"]
+             " & ".join(["method", "tasks", r"succeeded (\%)", *(quantity.header for quantity in shown)]) + r" \\", r"\midrule"]
     for row in rows:
         cells = [row["method"], str(row["tasks"]),
                  f"{100 * row['succeeded'] / row['tasks']:.1f} [{100 * row['succeeded_lower_95']:.1f}, "
                  f"{100 * row['succeeded_upper_95']:.1f}]"]
-        for _, _, name, digits, _ in shown:
-            middle, lower, upper = (row[f"{name}_median{end}"] for end in ("", "_lower_95", "_upper_95"))
-            cells.append(f"{middle:.{digits}f} [{lower:.{digits}f}, {upper:.{digits}f}]")
+        for quantity in shown:
+            numbers = (row[f"{quantity.column}_median{end}"] for end in ("", "_lower_95", "_upper_95"))
+            middle, lower, upper = (f"{number:.{quantity.digits}f}" for number in numbers)
+            cells.append(f"{middle} [{lower}, {upper}]")
         lines.append(" & ".join(cells) + r" \\")
     files[1].write_text("\n".join([*lines, r"\bottomrule", r"\end{tabular}", ""]), encoding="utf-8")
     return files
@@ -186,9 +200,9 @@ def draw_all(table, sheet):
     heights = [14 + 5 * len(methods)] * down[0] + [42] * down[1]
     figure = plt.figure(figsize=sheet.size(sum(heights) + 14), layout="constrained")
     grid = figure.add_gridspec(sum(down), across, height_ratios=heights)
-    for k, (label, _, _, _, values) in enumerate(shown):
+    for k, quantity in enumerate(shown):
         ax = figure.add_subplot(grid[k // across, k % across])
-        draw_boxes(ax, {m: values[first & (table["method"] == m)] for m in methods}, label)
+        draw_boxes(ax, {m: quantity.values[first & (table["method"] == m)] for m in methods}, quantity.label)
         if k % across:
             ax.tick_params(labelleft=False)
     for k, source in enumerate(swept):
