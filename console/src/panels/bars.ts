@@ -9,7 +9,8 @@ import { shortName, stateName } from "../state/descriptions";
 import { maxJointsPerArm } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { whyNotMove } from "./context";
-import { degrees, h, millimetres, setAttribute, setClass, setText, setUsable, action } from "./dom";
+import { h, setAttribute, setClass, setText, setUsable, action } from "./dom";
+import { degrees, millimetres } from "../state/numbers";
 
 const kJogTranslation = 0.002; // m/s
 const kJogRotation = (10 * Math.PI) / 180; // rad/s

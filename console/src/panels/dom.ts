@@ -55,8 +55,3 @@ export function action(label: string, help: string, act: () => void, kind = ""):
 export function card(title: string, ...children: Child[]): HTMLElement {
   return h("section.card", { "aria-label": title }, h("h2", {}, title), ...children);
 }
-
-export const millimetres = (metres: number, digits = 2): string =>
-  Number.isFinite(metres) ? (1000 * metres).toFixed(digits) : "–";
-export const degrees = (radians: number, digits = 1): string =>
-  Number.isFinite(radians) ? ((180 / Math.PI) * radians).toFixed(digits) : "–";

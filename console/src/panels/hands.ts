@@ -6,7 +6,8 @@ import { Action } from "../wire/messages";
 import type { TeleopStatus } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { whyNotMove } from "./context";
-import { action, card, h, millimetres, setAttribute, setClass, setText, setUsable } from "./dom";
+import { action, card, h, setAttribute, setClass, setText, setUsable } from "./dom";
+import { millimetres } from "../state/numbers";
 
 /** Stages whose results are velocities of the device; the results of the others are positions. */
 const kVelocities = ["deadband", "dead_man", "clutch", "frame", "scale"];

@@ -8,7 +8,8 @@ import { age, ageText } from "../state/age";
 import { shortName } from "../state/descriptions";
 import { port, TaskKind } from "../wire/messages";
 import type { Context, Panel } from "./context";
-import { action, h, millimetres, setClass, setShown, setText } from "./dom";
+import { action, h, setClass, setShown, setText } from "./dom";
+import { millimetres } from "../state/numbers";
 
 export class Hud implements Panel {
   readonly element: HTMLElement;

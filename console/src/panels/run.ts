@@ -8,7 +8,8 @@ import { Action, Phase } from "../wire/messages";
 import type { RunSummary } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { order, whyNotMove } from "./context";
-import { action, card, h, millimetres, setAttribute, setClass, setShown, setText, setUsable } from "./dom";
+import { action, card, h, setAttribute, setClass, setShown, setText, setUsable } from "./dom";
+import { millimetres } from "../state/numbers";
 
 export class Run implements Panel {
   readonly element: HTMLElement;

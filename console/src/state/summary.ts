@@ -3,8 +3,7 @@
 import { Phase, TaskKind } from "../wire/messages";
 import type { RunSummary } from "../wire/messages";
 import { nameOf, shortName } from "./descriptions";
-
-const millimetres = (metres: number): string => (1e3 * metres).toFixed(3);
+import { millimetres } from "./numbers";
 
 export interface SummaryText {
   /** "circle: finished, 100 of 100 points reached in 12.3 s". */
@@ -25,16 +24,16 @@ export function describeSummary(summary: RunSummary, arms: readonly string[]): S
   };
   const lines: string[] = [];
   const overlap = summary.least_clearance < 0;
-  if (overlap) lines.push(`WARNING: bodies overlapped by up to ${millimetres(-summary.least_clearance)} mm`);
+  if (overlap) lines.push(`WARNING: bodies overlapped by up to ${millimetres(-summary.least_clearance, 3)} mm`);
   for (let k = 0; k < summary.task_count; ++k) {
     const [rms, percentile, most] = [summary.rms, summary.percentile_95, summary.maximum].map((of) =>
-      millimetres(of[k] ?? NaN),
+      millimetres(of[k] ?? NaN, 3),
     );
     lines.push(`error, ${task(k)}: RMS ${rms}, 95 % within ${percentile}, maximum ${most} mm`);
   }
   lines.push(`interventions of the safety gate: ${summary.gate_interventions}`);
   if (!overlap && Number.isFinite(summary.least_clearance))
-    lines.push(`least distance of bodies: ${millimetres(summary.least_clearance)} mm`);
+    lines.push(`least distance of bodies: ${millimetres(summary.least_clearance, 3)} mm`);
   summary.limits.forEach((limit, k) => {
     const share = 100 * (summary.limit_shares[k] ?? NaN);
     lines.push(`${limit} restricted the motion in ${Number(share.toPrecision(3))} % of the control periods`);
