@@ -19,23 +19,19 @@ namespace fs = std::filesystem;
 class Folder {
  public:
   Folder() {
-    std::string name = (fs::temp_directory_path() / "tandem-fuzz-XXXXXX").string();
-    expect(mkdtemp(name.data()) != nullptr, "there is a folder for temporary files");
-    folder_ = name;
-    fs::copy(fs::path(TANDEM_SOURCE) / "config/presets", folder_, fs::copy_options::recursive);
-    setenv("TANDEM_CONFIG_PATH", name.c_str(), 1);
-    fs::create_directory(folder_ / "inputs");
+    fs::copy(fs::path(TANDEM_SOURCE) / "config/presets", folder_.path(), fs::copy_options::recursive);
+    setenv("TANDEM_CONFIG_PATH", folder_.path().c_str(), 1);
+    fs::create_directory(folder_.path() / "inputs");
   }
-  ~Folder() { fs::remove_all(folder_); }
 
   fs::path write(std::string_view text) const {
-    const fs::path file = folder_ / "inputs" / "input.yaml";
+    const fs::path file = folder_.path() / "inputs" / "input.yaml";
     std::ofstream(file, std::ios::binary) << text;
     return file;
   }
 
  private:
-  fs::path folder_;
+  fuzz::TemporaryFolder folder_;
 };
 
 void checkRobot(const config::Robot& robot) {

@@ -12,6 +12,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string>
 #include <string_view>
 
@@ -74,6 +75,24 @@ class MemoryFile {
 
  private:
   int descriptor_;
+};
+
+/** An empty folder, removed with the object. */
+class TemporaryFolder {
+ public:
+  TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "tandem-fuzz-XXXXXX").string();
+    expect(mkdtemp(name.data()) != nullptr, "there is a folder for temporary files");
+    path_ = name;
+  }
+  ~TemporaryFolder() { std::filesystem::remove_all(path_); }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
 };
 
 /// An error must begin with "FILE:LINE:", with a line inside the text.

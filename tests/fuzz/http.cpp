@@ -30,35 +30,31 @@ const std::string kData = "{\"data\":true}";
 class Console {
  public:
   Console() {
-    std::string name = (fs::temp_directory_path() / "tandem-fuzz-XXXXXX").string();
-    expect(mkdtemp(name.data()) != nullptr, "there is a folder for temporary files");
-    folder_ = name;
-    fs::create_directories(folder_ / "page/assets");
+    fs::create_directories(folder_.path() / "page/assets");
     write("page/index.html", "<html></html>");
     write("page/assets/app.js", "start()");
     write("secret.txt", kSecret);
-    fs::create_symlink(folder_ / "secret.txt", folder_ / "page/link.txt");
+    fs::create_symlink(folder_.path() / "secret.txt", folder_.path() / "page/link.txt");
     write("operator", kOperatorToken);
     write("viewer", kViewerToken);
     config::Console options;
-    options.operator_token = folder_ / "operator";
-    options.viewer_token = folder_ / "viewer";
+    options.operator_token = folder_.path() / "operator";
+    options.viewer_token = folder_.path() / "viewer";
     options.origins = {"https://tools.example:8080"};
     access_.emplace(options, false, std::vector<std::string>{"robot"});
-    page_.emplace(folder_ / "page");
+    page_.emplace(folder_.path() / "page");
   }
-  ~Console() { fs::remove_all(folder_); }
 
   const console::Access& access() const { return *access_; }
   const console::Page& page() const { return *page_; }
 
  private:
   void write(const std::string& name, const std::string& text) {
-    std::ofstream(folder_ / name) << text;
-    chmod((folder_ / name).c_str(), 0600);
+    std::ofstream(folder_.path() / name) << text;
+    chmod((folder_.path() / name).c_str(), 0600);
   }
 
-  fs::path folder_;
+  fuzz::TemporaryFolder folder_;
   std::optional<console::Access> access_;
   std::optional<console::Page> page_;
 };
