@@ -13,10 +13,10 @@ OWN = ("time_s", "log_time_ns", "publish_time_ns", "sequence_of_writer")
 
 
 def same_text(value):
-    """Canonical text of a number, independent of its writer."""
-    if isinstance(value, bool):
+    """Canonical text of a number, independent of its writer: one writer's 5.0 is another's 5."""
+    if isinstance(value, bool) or (isinstance(value, float) and value.is_integer()):
         return str(int(value))
-    return repr(float(value)) if isinstance(value, float) else str(value)
+    return repr(value) if isinstance(value, float) else str(value)
 
 
 class ExportedValues(system.SystemTest):

@@ -211,7 +211,8 @@ class CompliantTubes(unittest.TestCase):
 
     def test_compliance_is_the_derivative_by_the_wrench(self):
         rng = system.seeded(self)
-        step = [1e-4] * 3 + [1e-5] * 3
+        # Near the limit of stability the tip's third derivative by the moments is 1e8 times the first: short steps.
+        step = [1e-5] * 3 + [1e-6] * 3
         for _ in range(3):
             q = compliant_tubes.random_overlap(rng)
             force = [rng.uniform(-0.1, 0.1) for _ in range(3)] + [0.0] * 3
