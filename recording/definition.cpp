@@ -35,10 +35,12 @@ std::size_t lengthOf(const std::string& digits) {
   return length;
 }
 
-/// Reads one line without its comment. @return whether it is a member, not a constant or an empty line.
+/// Reads one line. @return whether it is a member, not a constant or an empty line.
 /// @throw std::out_of_range for an array without elements or with too many
 bool readField(std::string line, const std::string& package, Field& field) {
-  line = line.substr(0, line.find('#'));
+  const auto comment = line.find('#');
+  field.comment = comment == std::string::npos ? "" : line.substr(comment + 1);
+  line = line.substr(0, comment);
   std::istringstream words(line);
   std::string type;
   if (!(words >> type >> field.name))

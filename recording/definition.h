@@ -35,6 +35,7 @@ struct Field {
   std::string type;  ///< kMessage: key in Definition::types
   Count count = Count::kOne;
   std::size_t length = 1;  ///< kFixed: number of elements
+  std::string comment;     ///< behind the member, on its line
 };
 
 /** A type with all its member types. */

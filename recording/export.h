@@ -24,7 +24,8 @@ struct ExportSet {
 };
 
 /// Creates a folder with one file per table: "actuation_state.csv", "aligned.csv". An array becomes one column per
-/// element, "position[0]"; numbers have full precision. @throw std::runtime_error that names the file.
+/// element, "position[0]" (nameColumns() gives each a name); numbers have full precision. @throw std::runtime_error
+/// that names the file.
 void exportCsv(const ExportSet& set, const std::filesystem::path& folder);
 
 /// One MATLAB file (version 5, compressed) with a struct per table, "actuation_state"; its fields are matrices with one

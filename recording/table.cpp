@@ -58,22 +58,29 @@ std::size_t valuesOf(const Column& column) {
   return column.reals.size() + column.integers.size() + column.unsigneds.size() + column.texts.size();
 }
 
-/// Traverses a message: visit(path, field, count) reads the `count` values of one member.
+/// Traverses a message: visit(path, field, comment, count) reads the `count` values of one member. The comment is the
+/// member's, or that of the message it belongs to. `comment`: of the message at `path`
 template <class Visit>
-void walk(const Definition& definition, const std::string& type, const std::string& path, Cdr& cdr, Visit& visit) {
+void walk(const Definition& definition,
+          const std::string& type,
+          const std::string& path,
+          const std::string& comment,
+          Cdr& cdr,
+          Visit& visit) {
   for (const Field& field : definition.types.at(type)) {
     const std::string name = path.empty() ? field.name : path + "." + field.name;
     const std::size_t smallest = field.kind == Kind::kString ? 4 : sizeOf(field.kind);
     const std::size_t count = field.count == Field::Count::kOne     ? 1
                               : field.count == Field::Count::kFixed ? field.length
                                                                     : cdr.count(smallest);
+    const std::string& own_comment = field.comment.empty() ? comment : field.comment;
     if (field.kind != Kind::kMessage) {
-      visit(name, field, count);
+      visit(name, field, own_comment, count);
       continue;
     }
     for (std::size_t i = 0; cdr.good() && i < count; ++i)
-      walk(definition, field.type, field.count == Field::Count::kOne ? name : name + "[" + std::to_string(i) + "]", cdr,
-           visit);
+      walk(definition, field.type, field.count == Field::Count::kOne ? name : name + "[" + std::to_string(i) + "]",
+           own_comment, cdr, visit);
   }
 }
 
@@ -81,11 +88,11 @@ void walk(const Definition& definition, const std::string& type, const std::stri
 
 bool fits(const Definition& definition, std::string_view bytes) {
   Cdr cdr(bytes);
-  const auto skip = [&](const std::string&, const Field& field, std::size_t count) {
+  const auto skip = [&](const std::string&, const Field& field, const std::string&, std::size_t count) {
     for (std::size_t i = 0; cdr.good() && i < count; ++i)
       readNumber(cdr, field.kind, [](auto&&) {});
   };
-  walk(definition, definition.root, "", cdr, skip);
+  walk(definition, definition.root, "", "", cdr, skip);
   return cdr.good() && cdr.atEnd();
 }
 
@@ -95,13 +102,15 @@ Table::Table(std::string topic_name, const Schema& schema) : topic(std::move(top
   definition_ = parseDefinition(schema.name, schema.data);
 }
 
-Column& Table::column(const std::string& name, Column::Type type, bool is_array) {
+Column& Table::column(const std::string& name, const Field& field, const std::string& comment) {
   const auto [place, is_new] = places_.try_emplace(name, columns.size());
   if (is_new) {
     Column column;
     column.name = name;
-    column.type = type;
-    column.is_array = is_array;
+    column.type = columnType(field.kind);
+    column.is_array = field.count != Field::Count::kOne;
+    column.length = field.count == Field::Count::kFixed ? field.length : 0;
+    column.comment = comment;
     column.ends.assign(rows(), 0);
     columns.push_back(std::move(column));
   }
@@ -112,13 +121,13 @@ bool Table::add(const Message& message) {
   if (!fits(definition_, message.data))
     return false;
   Cdr cdr(message.data);
-  const auto take = [&](const std::string& name, const Field& field, std::size_t count) {
-    Column& into = column(name, columnType(field.kind), field.count != Field::Count::kOne);
+  const auto take = [&](const std::string& name, const Field& field, const std::string& comment, std::size_t count) {
+    Column& into = column(name, field, comment);
     for (std::size_t i = 0; i < count; ++i)
       readNumber(cdr, field.kind, [&](auto&& value) { append(into, std::forward<decltype(value)>(value)); });
     into.width = std::max(into.width, count);
   };
-  walk(definition_, definition_.root, "", cdr, take);
+  walk(definition_, definition_.root, "", "", cdr, take);
   log_times.push_back(message.log_time);
   publish_times.push_back(message.publish_time);
   sequences.push_back(message.sequence);

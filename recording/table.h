@@ -27,7 +27,9 @@ struct Column {
   std::string name;  ///< "position", "tasks[0].kind"
   Type type = Type::kReal;
   bool is_array = false;
-  std::size_t width = 0;  ///< largest number of values in a cell
+  std::size_t length = 0;  ///< of an array of fixed length
+  std::size_t width = 0;   ///< largest number of values in a cell
+  std::string comment;     ///< of the member, or of the message that it belongs to
 
   std::vector<std::size_t> ends;  ///< end index of each cell in the values
   std::vector<double> reals;
@@ -56,7 +58,7 @@ class Table {
 
  private:
   class Decoder;
-  Column& column(const std::string& name, Column::Type type, bool is_array);
+  Column& column(const std::string& name, const Field& field, const std::string& comment);
 
   Definition definition_;
   std::unordered_map<std::string, std::size_t> places_;

@@ -25,7 +25,7 @@ function flatten(value, name, found) {
 }
 
 function exported(file, folder) {
-  execFileSync(tandem, ["export", file, "--csv", folder]);
+  execFileSync(tandem, ["export", file, "--indices", "--csv", folder]);
   const tables = {};
   for (const name of fs.readdirSync(folder)) {
     const [head, ...rows] = fs

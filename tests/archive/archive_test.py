@@ -100,10 +100,29 @@ class Readers(system.SystemTest):
         self.assertEqual(set(digests), {file.name for file in RECORDINGS})
         for file in RECORDINGS:
             folder = self.folder / file.stem
-            answer = self.assert_ok(system.run("export", file, "--csv", folder, "--mat", f"{folder}.mat", "--hdf5", f"{folder}.h5"))
+            answer = self.assert_ok(system.run("export", file, "--indices", "--csv", folder, "--mat", f"{folder}.mat", "--hdf5",
+                                               f"{folder}.h5"))
             self.assertEqual(answer.stderr, "")
             found = {table.name: hashlib.sha256(table.read_bytes()).hexdigest() for table in folder.iterdir()}
             self.assertEqual(found, digests[file.name], file.name)
+
+    def test_columns_by_the_names_of_the_robot(self):
+        """The values of the columns by index, without those of slots that the robot does not have."""
+        tubes = [f"{joint}_{tube}_{unit}" for joint, unit in (("beta", "m"), ("alpha", "rad")) for tube in (1, 2, 3)]
+        for name, joints in (("lock-step", tubes), ("catheters-lock-step", ["insertion_m", "roll_rad", "bend_rad"])):
+            file, named, indexed = OLD / "recordings" / f"{name}.mcap", self.folder / name, self.folder / f"{name}-indices"
+            self.assertEqual(self.assert_ok(system.run("export", file, "--csv", named)).stderr, "")
+            self.assert_ok(system.run("export", file, "--indices", "--csv", indexed))
+            found, before = rows(named / "actuation_state.csv"), rows(indexed / "actuation_state.csv")
+            self.assertEqual([column for column in found if column.startswith("position")],
+                             [f"position.{arm}.{joint}" for arm in ("arm_a", "arm_b") for joint in joints])
+            for k, arm in enumerate(("arm_a", "arm_b")):
+                for j, joint in enumerate(joints):
+                    self.assertEqual(found[f"position.{arm}.{joint}"], before[f"position[{8 * k + j}]"], (name, arm, joint))
+                self.assertEqual(found[f"operating_state.{arm}"], before[f"operating_state[{k}]"])
+            status = rows(named / "control_status.csv")
+            self.assertEqual([column for column in status if column.startswith("task_error")],
+                             [f"task_error.task_{i + 1}_m" for i in range(max(map(int, status["task_count"])))])
 
     def test_figures(self):
         for file in RECORDINGS:
@@ -117,7 +136,7 @@ class Readers(system.SystemTest):
         for file in RECORDINGS:
             recording = tandem.Recording(str(file))
             self.assertEqual((recording.finished, recording.damage), (True, []))
-            self.assert_ok(system.run("export", file, "--csv", self.folder / file.stem))
+            self.assert_ok(system.run("export", file, "--indices", "--csv", self.folder / file.stem))
             for topic in recording.topics:
                 table = recording[topic]
                 name = topic.removeprefix("/").removeprefix("arch/").replace("/", "_")
@@ -151,7 +170,7 @@ class Replay(system.SystemTest):
             self.assertEqual(record.wait(20), 0, record.stderr.read())
             folders = [self.folder / f"{file.stem}-{which}" for which in ("then", "now")]
             for source, folder in zip((file, again), folders):
-                self.assertEqual(self.assert_ok(system.run("export", source, "--csv", folder)).stderr, "")
+                self.assertEqual(self.assert_ok(system.run("export", source, "--indices", "--csv", folder)).stderr, "")
             topics = json.loads(system.run("info", file, "--json").stdout)["topics"]
             said = "".join(f"{name}: members missing in the recording: {added(topic['type'])}: set to 0 or empty\n"
                            for name, topic in topics.items() if added(topic["type"]))

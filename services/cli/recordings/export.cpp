@@ -3,8 +3,13 @@
 #include "recording/export.h"
 
 #include <cmath>
+#include <cstdlib>
+#include <fstream>
 #include <iostream>
+#include <sstream>
 
+#include "config/robot_files.h"
+#include "recording/named_columns.h"
 #include "services/cli/models/figure.h"
 #include "services/cli/recordings/recordings.h"
 #include "services/cli/temporary_folder.h"
@@ -17,7 +22,62 @@ struct ExportCommand {
   FigureOptions figures;
   std::vector<std::string> topics{"*"};
   double start = 0.0, seconds = 0.0, resample = 0.0;
+  bool indices = false;
 };
+
+template <idl::Enumerated E>
+std::vector<std::string> namesOf() {
+  std::vector<std::string> names;
+  for (const auto& entry : idl::Enumeration<E>::entries)
+    names.emplace_back(entry.name);
+  return names;
+}
+
+/// Items of a list with commas.
+std::vector<std::string> split(const std::string& list) {
+  std::vector<std::string> items;
+  std::istringstream stream(list);
+  for (std::string item; std::getline(stream, item, ',');)
+    items.push_back(item);
+  return items;
+}
+
+/// Arms of the metadata, whose joints are not known: the first half translates.
+std::vector<recording::ArrayNames::Arm> armsOfMetadata(const Recording& recording) {
+  std::vector<recording::ArrayNames::Arm> arms;
+  const std::vector<std::string> names = split(recording.about("arms")), joints = split(recording.about("joints"));
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    recording::ArrayNames::Arm& arm = arms.emplace_back(recording::ArrayNames::Arm{names[i], {}});
+    const int count = i < joints.size() ? std::atoi(joints[i].c_str()) : 0;
+    for (int joint = 0; joint < std::min(count, safety::kMaxJointsPerArm); ++joint)
+      arm.joints.push_back({"joint_" + std::to_string(joint + 1), joint >= count / 2});
+  }
+  return arms;
+}
+
+/// Names of the recorded robot; no arms if the file is not one of Tandem's.
+recording::ArrayNames arrayNames(Recording& recording) {
+  recording::ArrayNames names{armsOfMetadata(recording), namesOf<idl::Action>(), {}};
+  names.prefixes = {{"guard_", namesOf<idl::Guard>()}, {"hardware_", namesOf<idl::HardwareGuard>()}};
+  if (names.arms.empty())
+    return names;
+  try {
+    const TemporaryFolder folder;
+    std::ofstream(folder.path() / "robot.yaml") << recording.attachment("robot.yaml");
+    std::vector<recording::ArrayNames::Arm> arms;
+    for (const config::Arm& arm : config::loadAnyRobot(folder.path() / "robot.yaml").arms) {
+      arms.push_back({arm.name, {}});
+      for (int joint = 0; joint < arm.jointCount(); ++joint)
+        arms.back().joints.push_back(
+            {arm.joint_names[static_cast<std::size_t>(joint)], !arm.limits.isTranslation(joint)});
+    }
+    names.arms = std::move(arms);
+  } catch (const std::exception& error) {
+    std::cerr << "the names of the joints are not known, they are called joint_1, joint_2, ...: " << error.what()
+              << "\n";
+  }
+  return names;
+}
 
 /// Times of the aligned table: those of a topic, or a grid.
 std::vector<std::uint64_t> alignedTimes(const ExportCommand& options,
@@ -42,6 +102,11 @@ recording::ExportSet collect(const ExportCommand& options, Recording& recording)
   recording::ExportSet set;
   const recording::Selection selection = recording.select(options.topics, options.start, options.seconds);
   set.tables = recording.tables(selection);
+  if (!options.indices) {
+    const recording::ArrayNames names = arrayNames(recording);
+    if (!names.arms.empty())
+      recording::nameColumns(names, set.tables);
+  }
   const recording::Statistics& statistics = recording.reader().statistics();
   set.start = statistics.messages == 0 ? 0 : statistics.start;
   if (!options.align.empty() || options.resample > 0.0) {
@@ -109,12 +174,15 @@ void registerExport(CLI::App& app, int& exit_code) {
           ->check(client::kPositive);
   command->add_option("--align", options->align, "additional table with all topics at the times of this topic")
       ->excludes(resample);
+  command->add_flag("--indices", options->indices,
+                    "arrays as on the wire, with all their elements: position[9] in CSV, matrices in MATLAB and HDF5");
   command->footer("SI units throughout; docs/recording.md has recipes for Python, MATLAB and spreadsheets.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runExport(*options); }); });
 }
 
 void registerPlot(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ExportCommand>();
+  options->indices = true;
   CLI::App* command = app.add_subcommand("plot", "draw the standard figures of a recording");
   command->add_option("file", options->file, "MCAP file")->required();
   addFiguresOption(*command, options->figures, "folder for the figures")->required();

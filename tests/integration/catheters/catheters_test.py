@@ -196,7 +196,7 @@ class RealTime(Test):
 
     def tips(self, arm):
         with open(self.folder / "csv" / f"{arm}_measured_cp.csv", newline="", encoding="utf-8") as rows:
-            return [[float(row[f"pose.position.{axis}"]) for axis in "xyz"] for row in csv.DictReader(rows)]
+            return [[float(row[f"pose.position.{axis}_m"]) for axis in "xyz"] for row in csv.DictReader(rows)]
 
 
 if __name__ == "__main__":

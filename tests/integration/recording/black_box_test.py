@@ -142,11 +142,11 @@ class BlackBox(system.SystemTest):
     def assert_fault_is_in(self, file):
         self.assert_ok(system.run("export", file, "--csv", self.folder / "csv", "-t", "actuation/state"))
         rows = [line.split(",") for line in (self.folder / "csv" / "actuation_state.csv").read_text().splitlines()]
-        column = rows[0].index("operating_state[0]")
+        column = rows[0].index("operating_state.arm_a")
         states = [row[column] for row in rows[1:]]
         self.assertEqual(states[-1], "3")  # FAULT
         self.assertIn("1", states)  # ENABLED, while it moved
-        position = rows[0].index("position[0]")
+        position = rows[0].index("position.arm_a.beta_1_m")
         self.assertGreater(len({row[position] for row in rows[1:]}), 20, "the motion before the fault is in it")
 
     def stops(self):

@@ -94,7 +94,7 @@ class LockStep(Recording):
             code, last, errors = each.end()
             self.assertEqual((code, last["lost"]), (0, 0), errors)
         states = self.table(record.file, "actuation/state")
-        self.assertGreater(len(set(states["position[0]"])), 10, "the robot moved")
+        self.assertGreater(len(set(states["position.arm_a.beta_1_m"])), 10, "the robot moved")
         again = self.assert_ok(system.run("replay", record.file, "--simulate"))
         self.assertRegex(again.stdout, r"[1-9]\d* states simulated again, 0 differ; largest difference .* 0 m or rad")
         differs = system.run("replay", other.file, "--simulate")
@@ -222,10 +222,11 @@ class RealTime(Recording):
             for source in (group, matlab["actuation_state"]):
                 def column(name, source=source):
                     return source[name][()] if source is group else source[name].item()
-                position = column("position")
-                self.assertEqual(position.shape[1], 64)
-                for i in (0, 7, 8, 63):
-                    numpy.testing.assert_array_equal(position[:, i], numpy.array(state[f"position[{i}]"], float))
+                for name in ("arm_a.beta_1_m", "arm_b.alpha_3_rad"):
+                    numpy.testing.assert_array_equal(column("position_" + name.replace(".", "_")).ravel(),
+                                                     numpy.array(state[f"position.{name}"], float))
+                members = [*group] if source is group else source.dtype.names
+                self.assertEqual(len([name for name in members if name.startswith("position_")]), 12)
                 # All 64 bits of a session are preserved.
                 self.assertEqual([int(number) for number in column("session")], [int(n) for n in state["session"]])
             names = file["arm_a_measured_js/name"][0]
@@ -233,9 +234,9 @@ class RealTime(Recording):
             time_s = file["aligned/time_s"][:]
             numpy.testing.assert_allclose(numpy.diff(time_s), 0.01, atol=1e-8)
             # The aligned table contains the latest values.
-            aligned = file["aligned/actuation_state_position_0"][:]
+            aligned = file["aligned/actuation_state_position_arm_a_beta_1_m"][:]
             rows = numpy.searchsorted(group["log_time_ns"][:], file["aligned/log_time_ns"][:], side="right") - 1
-            numpy.testing.assert_array_equal(aligned[rows >= 0], group["position"][:, 0][rows[rows >= 0]])
+            numpy.testing.assert_array_equal(aligned[rows >= 0], group["position_arm_a_beta_1_m"][:][rows[rows >= 0]])
         with open(csv_folder / "aligned.csv", encoding="utf-8") as stream:
             self.assertEqual(len(stream.readlines()), len(time_s) + 1)
 

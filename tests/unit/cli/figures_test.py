@@ -212,7 +212,7 @@ class Figures(unittest.TestCase):
 
     def test_recordings(self):
         for name, arms, joints in (("lock-step", "arm_a,arm_b", "6,6"), ("catheters-lock-step", "arm_a,arm_b", "3,3")):
-            self.command("export", RECORDINGS / f"{name}.mcap", "--csv", self.folder / name)
+            self.command("export", RECORDINGS / f"{name}.mcap", "--indices", "--csv", self.folder / name)
             self.check("recording_figures", self.folder / name, self.folder / f"{name}-figures", "--arms", arms, "--joints", joints)
 
     def test_types_and_sizes(self):
