@@ -57,5 +57,6 @@ set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "cmake, g++")
 
 set(scripts ${PROJECT_SOURCE_DIR}/deploy/packaging/robot)
 set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_EXTRA ${scripts}/postinst ${scripts}/prerm ${scripts}/postrm ${scripts}/conffiles)
+set(CPACK_TANDEM_CROSSCOMPILING ${CMAKE_CROSSCOMPILING})
 set(CPACK_PRE_BUILD_SCRIPTS ${PROJECT_SOURCE_DIR}/deploy/packaging/staging.cmake)
 include(CPack)

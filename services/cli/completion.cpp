@@ -22,8 +22,7 @@ _tandem() {
   local IFS=$'\n'
   COMPREPLY=($("${COMP_WORDS[0]}" __complete "${COMP_WORDS[@]:1:COMP_CWORD}" 2>/dev/null))
 }
-complete -o default -F _tandem tandem
-)";
+complete -o default -F _tandem tandem)";
 
 std::vector<std::string> presetsOf(const std::vector<std::string>& kinds) {
   std::vector<std::string> names;
@@ -116,7 +115,7 @@ void registerCompletion(CLI::App& app, int& exit_code) {
       "In ~/.bashrc or ~/.zshrc:\n  eval \"$(tandem completion)\"\nThen Tab completes commands, options, values and "
       "presets.");
   completion->callback([&exit_code] {
-    std::cout << kBash;
+    answer(kBash, {{"script", kBash}});
     exit_code = kOk;
   });
 }

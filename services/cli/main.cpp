@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem: command line of the system. */
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
+#include <sstream>
 
+#include "services/cli/command_table.h"
 #include "services/cli/completion.h"
 #include "services/cli/models/cooperative.h"
 #include "services/cli/subcommand.h"
@@ -30,20 +33,43 @@ void requireFiniteNumbers(CLI::App& app) {
     requireFiniteNumbers(*part);
 }
 
+/// Words for shells and scripts in place of a command. @return whether `words` begins with one of them
+bool answerHidden(const CLI::App& app, const std::vector<std::string>& words) {
+  using namespace tandem::cli;
+  std::vector<std::string> lines;
+  if (!words.empty() && words.front() == kComplete)
+    lines = completions(app, {words.begin() + 1, words.end()});
+  else if (!words.empty() && words.front() == kCommands)
+    lines = commandsOf(app);
+  else
+    return false;
+  for (const std::string& line : lines)
+    std::cout << line << '\n';
+  return true;
+}
+
+/// Prints the help that was asked for, or why the command line is wrong. @return exit code
+int refuseLine(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
+  using namespace tandem::cli;
+  std::ostringstream out, err;
+  const bool asked = app.exit(error, out, err) == 0;
+  std::cout << out.str();
+  if (asked)
+    return kOk;
+  std::string text = err.str();
+  const std::string meant = suggestion(app, words);
+  text += meant.empty() ? "" : meant + '\n';
+  text.resize(text.find_last_not_of('\n') + 1);
+  tandem::client::refuse(kUsage, text);
+  return kUsage;
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("Tandem: cooperating continuum robots over DDS. Research software, not for clinical use.", "tandem");
   app.require_subcommand(1);
   app.set_version_flag("--version", tandem::cli::versionText());
-  app.footer(
-      "Start here:\n"
-      "  tandem experiment table3          reproduce Table 3 of Alsaka et al. 2024 over DDS\n"
-      "  tandem up laptop                  start simulator, control and planning in real time\n"
-      "  tandem robot run circle           ... and in another terminal: move\n"
-      "  tandem teleop --enable            ... or teleoperate the tips\n"
-      "  tandem status                     ... and watch\n"
-      "Every subcommand has --help.");
   int exit_code = tandem::cli::kOk;
   using namespace tandem::cli;
   tandem::client::addRoleOption(app);
@@ -59,19 +85,28 @@ int main(int argc, char** argv) {
     part(app, exit_code);
   }
   requireFiniteNumbers(app);
-  if (argc > 1 && std::string(argv[1]) == kComplete) {
-    for (const std::string& word : completions(app, {argv + 2, argv + argc}))
-      std::cout << word << '\n';
+  completeCommands(app);
+  app.footer(
+      "Start here:\n"
+      "  tandem experiment table3          reproduce Table 3 of Alsaka et al. 2024 over DDS\n"
+      "  tandem up laptop                  start simulator, control and planning in real time\n"
+      "  tandem robot run circle           ... and in another terminal: move\n"
+      "  tandem teleop --enable            ... or teleoperate the tips\n"
+      "  tandem status                     ... and watch\n"
+      "Every subcommand has --help.");
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  if (answerHidden(app, words))
     return kOk;
-  }
+  const bool only_parse = !words.empty() && words.front() == kParse;
+  if (only_parse)
+    app.parse_complete_callback([] { throw CLI::Success(); });  // before the command's own callback
   try {
-    app.parse(argc, argv);
+    const auto end = std::ranges::find(words, "--");
+    tandem::client::asJson() = std::find(words.begin(), end, "--json") != end;
+    // The last word first, as CLI11 takes them.
+    app.parse(std::vector<std::string>(words.rbegin(), words.rend() - (only_parse ? 1 : 0)));
   } catch (const CLI::ParseError& error) {
-    const int code = app.exit(error) == 0 ? kOk : kUsage;
-    const std::string meant = code == kOk ? "" : suggestion(app, {argv + 1, argv + argc});
-    if (!meant.empty())
-      std::cerr << meant << '\n';
-    return code;
+    return refuseLine(app, error, words);
   }
   return exit_code;
 }

@@ -9,7 +9,8 @@
 
 namespace tandem::cli {
 
-using client::Failure, client::guarded, client::openInput, client::shareFile, client::since, client::statusField;
+using client::answer, client::Failure, client::guarded, client::openInput, client::shareFile, client::since,
+    client::statusField;
 using client::kFailure, client::kOk, client::kUsage;
 
 /** Registers a subcommand's options with `app`; the callback of the subcommand sets `exit_code`. */

@@ -23,18 +23,40 @@ void failToWrite(int code, const std::string& file) {
   throw Failure(code, file + ": cannot be written" + (errno == 0 ? "" : std::string(": ") + std::strerror(errno)));
 }
 
+bool& asJson() {
+  static bool json = false;
+  return json;
+}
+
+void answer(const std::string& text, const nlohmann::ordered_json& fields) {
+  std::cout << (asJson() ? fields.dump(2) : text) << '\n';
+}
+
+void refuse(int code, const std::string& text, const nlohmann::ordered_json& place) {
+  std::cerr << text << '\n';
+  if (!asJson())
+    return;
+  nlohmann::ordered_json error{{"message", text}};
+  error.update(place);
+  // Texts may quote bytes of a file that are not UTF-8.
+  constexpr auto kReplace = nlohmann::ordered_json::error_handler_t::replace;
+  std::cout << nlohmann::ordered_json{{"error", error}, {"exit", code}}.dump(-1, ' ', false, kReplace) << std::endl;
+}
+
 void guarded(int& exit_code, const std::function<int()>& body) {
   try {
     exit_code = body();
   } catch (const Failure& failure) {
-    std::cerr << "tandem: " << failure.what() << '\n';
-    exit_code = failure.code();
+    std::cerr << "tandem: ";
+    refuse(exit_code = failure.code(), failure.what());
   } catch (const config::Error& error) {
-    std::cerr << error.what() << '\n';
-    exit_code = kUsage;
+    nlohmann::ordered_json errors = nlohmann::ordered_json::array();
+    for (const config::Error& one : error.all())
+      errors.push_back({{"line", one.line()}, {"column", one.column()}, {"key", one.key()}, {"error", one.what()}});
+    refuse(exit_code = kUsage, error.what(), {{"file", error.file()}, {"errors", errors}});
   } catch (const std::exception& error) {
-    std::cerr << "tandem: " << error.what() << '\n';
-    exit_code = kFailure;
+    std::cerr << "tandem: ";
+    refuse(exit_code = kFailure, error.what());
   }
 }
 

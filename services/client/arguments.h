@@ -6,6 +6,7 @@
 #include <functional>
 #include <iosfwd>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <string>
 
@@ -40,7 +41,17 @@ std::shared_ptr<std::istream> openInput(const std::string& path);
 /// errno.
 [[noreturn]] void failToWrite(int code, const std::string& file);
 
-/// Runs a subcommand's body: prints failures to stderr, sets the exit code.
+/// Whether this program's results and refusals are JSON (--json). Set before a command runs.
+bool& asJson();
+
+/// Prints a result: `text` and a line break, or `fields` where asJson().
+void answer(const std::string& text, const nlohmann::ordered_json& fields);
+
+/// Prints why a command was refused or failed: the text to stderr; where asJson() also
+/// {"error": {"message": text, ...}, "exit": code} to stdout, as one line. @param place  further members of "error"
+void refuse(int code, const std::string& text, const nlohmann::ordered_json& place = nlohmann::ordered_json::object());
+
+/// Runs a subcommand's body: prints failures by refuse(), sets the exit code.
 void guarded(int& exit_code, const std::function<int()>& body);
 
 /// CSV field of a text: commas become semicolons, line breaks and quotes become spaces, so that `status` stays one

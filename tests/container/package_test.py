@@ -47,6 +47,9 @@ class Packages(unittest.TestCase):
         self.root.install(*(package for package in packages if package not in developers))
         self.assertIn("Inst libtandem-dev", self.root.install(*developers, simulate=True))
         self.assertIn("tandem:", (self.root.path / "etc/passwd").read_text())
+        pages = sorted(path.name for path in (self.root.path / "usr/share/man/man1").glob("tandem*"))
+        commands = self.root.inside("tandem", "__commands").splitlines()
+        self.assertEqual(pages, sorted(["tandem.1.gz"] + [f"tandem-{each.replace(' ', '-')}.1.gz" for each in commands]))
 
     def experiment(self):
         """The paper's table, as the user of the services, with presets, schemas and libraries from packages only."""

@@ -105,6 +105,8 @@ int record(const CanOptions& options) {
   }
   if (!out.flush())
     client::failToWrite(kFailure, options.file.empty() ? "standard output" : options.file);
+  if (client::asJson() && !options.file.empty())
+    answer("", {{"frames", count}, {"lost", tool.bus().counters().rx_overflow}});
   std::cerr << count << " frames, " << tool.bus().counters().rx_overflow << " lost\n";
   return tool.bus().counters().rx_overflow == 0 ? kOk : kFailure;
 }
@@ -130,6 +132,8 @@ int replay(const CanOptions& options) {
     if (!replayer.done())
       stop.waitFor(1e-3 * static_cast<double>(std::clamp<std::int64_t>(wait, 0, 100)));
   }
+  if (client::asJson())
+    answer("", {{"sent", sent}, {"complete", replayer.done()}});
   std::cerr << sent << " frames sent\n";
   return replayer.done() ? kOk : kFailure;
 }

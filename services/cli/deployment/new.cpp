@@ -98,14 +98,15 @@ int runNew(const NewCommand& options) {
     throw Failure(kUsage, file + ": found a file of this name, expected none; choose another name, or --output");
   const std::string text = textOf(options);
   if (file == "-") {
-    std::cout << text;
+    answer(text.substr(0, text.find_last_not_of('\n') + 1), {{"text", text}});
     return kOk;
   }
   std::ofstream stream(file);
   if (!(stream << text << std::flush))
     throw Failure(kFailure, file + ": cannot be written");
-  std::cout << file << ": " << config::validate(file).text << "\nedit it, then: tandem validate " << file << "; "
-            << nextStep(options, file) << '\n';
+  const std::string summary = config::validate(file).text;
+  answer(file + ": " + summary + "\nedit it, then: tandem validate " + file + "; " + nextStep(options, file),
+         {{"file", file}, {"kind", options.kind}, {"summary", summary}});
   return kOk;
 }
 
@@ -134,11 +135,7 @@ void registerNew(CLI::App& app, int& exit_code) {
   command->add_option("-r,--robot", options->robot, "experiment, deployment: robot file, or the name of a preset");
   command->add_option("-o,--output", options->output, "file (default: NAME.yaml); - is standard output");
   command->footer(
-      "The file is valid as it is written. Keys that it does not use follow as comments, with their defaults.\n"
-      "Examples:\n"
-      "  tandem new robot mine --arms 1\n"
-      "  tandem new deployment lab --arms 1 --robot mine.yaml && tandem up lab.yaml\n"
-      "  tandem new trajectory zigzag --from line");
+      "The file is valid as it is written. Keys that it does not use follow as comments, with their defaults.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runNew(*options); }); });
 }
 

@@ -73,8 +73,9 @@ int withAuthority(const std::function<void()>& command) {
 int runInit(const SecurityCommand& options) {
   return withAuthority([&] {
     security::init(options.folder, options.name, validityOf(options));
-    std::cout << options.folder << ": authority '" << options.name << "' created; keep " << options.folder
-              << "/ca secret, and certify processes with `tandem security issue " << options.folder << "`\n";
+    answer(options.folder + ": authority '" + options.name + "' created; keep " + options.folder +
+               "/ca secret, and certify processes with `tandem security issue " + options.folder + "`",
+           {{"folder", options.folder}, {"name", options.name}});
   });
 }
 
@@ -90,19 +91,25 @@ int runIssue(const SecurityCommand& options) {
     throw Failure(kUsage, "--name: found " + std::to_string(roles.size()) + " roles, expected one");
   const fs::path to = options.to.empty() ? options.folder : options.to;
   return withAuthority([&] {
+    std::string text;
+    nlohmann::ordered_json issued = nlohmann::ordered_json::array();
     for (dds::Role role : roles) {
       grant.role = role;
       security::issue(options.folder, grant, to);
-      std::cout << (to / dds::name(role)).string() << ": for " << dds::describe(role) << '\n';
+      const std::string folder = (to / dds::name(role)).string();
+      text += (text.empty() ? "" : "\n") + folder + ": for " + std::string(dds::describe(role));
+      issued.push_back({{"role", dds::name(role)}, {"folder", folder}});
     }
+    answer(text, issued);
   });
 }
 
 int runRevoke(const SecurityCommand& options) {
   return withAuthority([&] {
     const int count = security::revoke(options.folder, options.name);
-    std::cout << options.folder << "/crl.pem: " << count << " certificates of '" << options.name
-              << "' newly revoked; copy it to all machines and restart their processes\n";
+    answer(options.folder + "/crl.pem: " + std::to_string(count) + " certificates of '" + options.name +
+               "' newly revoked; copy it to all machines and restart their processes",
+           {{"file", options.folder + "/crl.pem"}, {"name", options.name}, {"revoked", count}});
   });
 }
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem units: systemd units of a deployment on this host. */
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -47,6 +49,7 @@ void restrict(const std::vector<std::string>& units,
               const std::string& name,
               const config::Deployment& deployment,
               const std::string& folder) {
+  std::vector<std::string> files;
   for (const std::string& unit : units) {
     if (unit.starts_with("tandem-console@") && !deployment.console.loopback()) {
       std::cerr << unit << ": not restricted, since browsers of other PCs reach it at " << deployment.console.address
@@ -60,8 +63,9 @@ void restrict(const std::vector<std::string>& units,
         << "[Service]\nIPAddressDeny=any\nIPAddressAllow=" << addressesOf(deployment) << "\n";
     if (!out.flush())
       throw Failure(kFailure, file.string() + ": cannot be written; as root, or with another folder behind --restrict");
-    std::cout << file.string() << '\n';
+    files.push_back(file.string());
   }
+  answer(fmt::format("{}", fmt::join(files, "\n")), files);
   std::cerr << "active after `systemctl daemon-reload` and a restart of the running units\n";
 }
 
@@ -88,8 +92,7 @@ int runUnits(const std::string& name, const std::optional<std::string>& restrict
     restrict(units, instance, deployment, *restrict_in);
     return kOk;
   }
-  for (const std::string& unit : units)
-    std::cout << unit << '\n';
+  answer(fmt::format("{}", fmt::join(units, "\n")), units);
   return kOk;
 }
 
@@ -104,9 +107,6 @@ void registerUnits(CLI::App& app, int& exit_code) {
       "--restrict", *folder,
       "write systemd drop-ins that block all packets except those of this host and of the deployment's hosts");
   restricted->expected(0, 1)->type_name("FOLDER")->capture_default_str();
-  command->footer(
-      "  systemctl enable --now tandem@NAME.target $(tandem units NAME)\n"
-      "  tandem units NAME --restrict && systemctl daemon-reload");
   command->callback([name, folder, restricted, &exit_code] {
     const auto where = restricted->count() > 0 ? std::optional(*folder) : std::nullopt;
     guarded(exit_code, [&] { return runUnits(*name, where); });

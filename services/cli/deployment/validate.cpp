@@ -28,9 +28,12 @@ std::vector<std::string> overlapsOf(const std::string& file, const std::string& 
 int runValidate(const std::vector<std::string>& files, bool as_json) {
   nlohmann::ordered_json results = nlohmann::ordered_json::array();
   bool good = true;
-  for (const std::string& file : files) {
-    nlohmann::ordered_json result{{"file", file}};
+  for (const std::string& name : files) {
+    nlohmann::ordered_json result{{"file", name}};
     try {
+      const bool is_path = name.find_first_of("./") != std::string::npos;  // no preset has these in its name
+      const std::string file = is_path ? name : config::findFile(name, "").string();
+      result["file"] = file;
       config::Summary summary = config::validate(file);
       for (const std::string& overlap : overlapsOf(file, summary.kind))
         summary.warnings.push_back(overlap);
@@ -73,7 +76,7 @@ void registerValidate(CLI::App& app, int& exit_code) {
   auto as_json = std::make_shared<bool>(false);
   CLI::App* validate = app.add_subcommand(
       "validate", "check robot, cooperative robot, experiment, deployment, trajectory and hardware files");
-  validate->add_option("files", *files, "YAML files")->required();
+  validate->add_option("files", *files, "files, or names of presets")->required();
   validate->add_flag("--json", *as_json, "JSON instead of text");
   validate->callback(
       [files, as_json, &exit_code] { guarded(exit_code, [&] { return runValidate(*files, *as_json); }); });

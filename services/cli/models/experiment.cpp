@@ -288,8 +288,7 @@ void registerExperiment(CLI::App& app, int& exit_code) {
                     "also a line for each start configuration, below the mean over all of them");
   command->add_flag("--json", options->json, "JSON instead of the table");
   command->footer(legend({"converged", "outside", "gate"}) +
-                  "Exit code 1: a point did not converge or a setpoint left its limits.\n"
-                  "Example: tandem experiment table3 --csv results/csv --figures results/figures");
+                  "Exit code 1: a point did not converge or a setpoint left its limits.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runExperiment(*options); }); });
 }
 

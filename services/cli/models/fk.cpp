@@ -255,12 +255,7 @@ void registerFk(CLI::App& app, int& exit_code) {
         "standard input")
       ->capture_default_str();
   fk->add_flag("--json", options->json, "JSON instead of CSV");
-  fk->footer(
-      "Each row is solved independently unless --follow is given. Exit code 1: a row has no stable solution.\n"
-      "Examples:\n"
-      "  echo -0.1,-0.08,-0.05,0.785,0.785,0.785 | tandem fk --arm a --csv -\n"
-      "  echo -0.1,-0.08,-0.05,0.785,1.2,2.5 | tandem fk --model compliant --wrench 0,0.1,0,0,0,0 --jacobian\n"
-      "  echo 0.06,0,1.57 | tandem fk --robot ablation-pair --model cosserat --wrench 0,0.01,0,0,0,0 --compliance");
+  fk->footer("Each row is solved independently unless --follow is given. Exit code 1: a row has no stable solution.");
   fk->callback([options, &exit_code] { guarded(exit_code, [&] { return runFk(*options); }); });
 }
 

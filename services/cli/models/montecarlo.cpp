@@ -324,11 +324,7 @@ void registerMonteCarlo(CLI::App& app, int& exit_code) {
       legend({"outside", "gate", "margin", "no reach", "snaps", "contact"}) +
       "The same seed gives the same rows, whatever --jobs and --shard are (docs/montecarlo.md). Exit code 1: a "
       "setpoint\n"
-      "left its limits or a task out of reach was reported as done.\n"
-      "Examples:\n"
-      "  tandem montecarlo --tasks 1000 --methods nspqp,snsqp --csv results/mc.csv\n"
-      "  tandem montecarlo --tip-noise-mm 0,0.1,0.2,0.5 --curvature-error 0,2%,5% --figure results/sweep.png\n"
-      "  tandem montecarlo merge shard-*.csv --csv all.csv");
+      "left its limits or a task out of reach was reported as done.");
   CLI::App* merging = command->add_subcommand("merge", "merge the CSV files of all shards into one result");
   merging->add_option("files", options->shards, "CSV files of the shards")->required();
   addOutputs(*merging, *options);

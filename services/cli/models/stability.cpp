@@ -241,10 +241,7 @@ void registerStability(CLI::App& app, int& exit_code) {
   command->add_flag("--json", options->json, "JSON instead of text or CSV");
   command->footer(
       "Stability is the smallest determinant along the arm: 1 without interaction, 0 where the arm snaps "
-      "(docs/models.md).\n"
-      "Examples:\n"
-      "  tandem stability --joints -0.15,-0.1,-0.05,0,2.2,4\n"
-      "  tandem stability --map --beta -0.3,-0.18,-0.06 --figure results/stability.png");
+      "(docs/models.md).");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runStability(*options); }); });
 }
 

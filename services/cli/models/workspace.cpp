@@ -243,9 +243,7 @@ void registerWorkspace(CLI::App& app, int& exit_code) {
                       "folder for workspace-ARM.csv (one row per sample, SI) and workspace.json");
   addFiguresOption(*command, options->figures, "folder for the figures workspace-section and workspace-volume");
   command->add_flag("--json", options->json, "JSON instead of text");
-  command->footer(
-      "Samples cover the permitted joint range, each solved independently; only stable solutions count.\n"
-      "Example: tandem workspace --robot ark2024 --figures results/workspace");
+  command->footer("Samples cover the permitted joint range, each solved independently; only stable solutions count.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runWorkspace(*options); }); });
 }
 

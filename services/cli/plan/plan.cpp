@@ -257,13 +257,8 @@ void registerPlan(CLI::App& app, int& exit_code) {
   plan->require_subcommand(1);
   plan->footer(
       "Needs no running system. With --deployment the planning service of the running system computes, from the "
-      "present joints. Exit codes: 0 feasible, 1 not feasible, 2 bad input. Ctrl-C cancels.\n"
-      "  tandem plan check circle                      feasible from the home position? if not, why\n"
-      "  tandem plan repair far.yaml -o near.yaml      the nearest feasible trajectory\n"
-      "  tandem plan ik --tip a=0.02,0.01,0.3          joints for a tip position\n"
-      "  tandem plan time circle                       fastest timing within the joint limits\n"
-      "  tandem plan start circle                      start configuration with the largest margin");
-  const auto add = [&](const char* name, const char* text, int (*body)(const PlanOptions&), const char* footer) {
+      "present joints. Exit codes: 0 feasible, 1 not feasible, 2 bad input. Ctrl-C cancels.");
+  const auto add = [&](const char* name, const char* text, int (*body)(const PlanOptions&), const char* footer = "") {
     auto options = std::make_shared<PlanOptions>();
     CLI::App* command = plan->add_subcommand(name, text);
     command->footer(footer);
@@ -271,8 +266,7 @@ void registerPlan(CLI::App& app, int& exit_code) {
     return std::pair{command, options};
   };
   {
-    auto [command, o] = add("check", "list the unreachable points of a trajectory, with reasons", checkPlan,
-                            "Example: tandem plan check lissajous --from table3:2 --model compliant --json");
+    auto [command, o] = add("check", "list the unreachable points of a trajectory, with reasons", checkPlan);
     trajectoryOf(command, o);
     command
         ->add_option("--method", o->method,
@@ -282,8 +276,7 @@ void registerPlan(CLI::App& app, int& exit_code) {
     command->add_flag("--no-rehearsal", o->no_rehearsal, "skip the rehearsal of the control method");
   }
   {
-    auto [command, o] = add("repair", "the nearest feasible trajectory, as a file of waypoints", repair,
-                            "Example: tandem plan repair far.yaml -o near.yaml");
+    auto [command, o] = add("repair", "the nearest feasible trajectory, as a file of waypoints", repair);
     trajectoryOf(command, o);
     command->add_option("-o,--output", o->output, "trajectory file to write")->required();
     command->add_option("--smoothing", o->smoothing, "smoothing of the corrections; 0: move only unreachable points")
@@ -295,9 +288,7 @@ void registerPlan(CLI::App& app, int& exit_code) {
         "ik",
         "inverse kinematics: the joints nearest to the start that reach the tip targets, or the nearest pose and the "
         "limiting constraints",
-        ik,
-        "Example: tandem plan ik --tip a=0.02,0.01,0.3 --tip b=0.02,-0.01,0.3,0,0,1\n"
-        "An arm without a --tip stays near its start.");
+        ik, "An arm without a --tip stays near its start.");
     common(command, o);
     command->add_option("--tip", o->tips, "ARM=x,y,z in m, robot base frame; optionally ,dx,dy,dz: tool direction")
         ->required();

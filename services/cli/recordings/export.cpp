@@ -2,6 +2,8 @@
 /** @file tandem export and tandem plot: recordings as CSV, MATLAB and HDF5 files and as figures. */
 #include "recording/export.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
@@ -135,10 +137,18 @@ int runExport(const ExportCommand& options) {
   } catch (const std::runtime_error& error) {
     throw Failure(kFailure, error.what());
   }
-  for (const recording::Table& table : set.tables)
-    std::cout << table.topic << ": " << table.rows() << " rows\n";
-  if (set.aligned)
-    std::cout << "aligned: " << set.aligned->times.size() << " rows, " << set.aligned->names.size() << " columns\n";
+  std::string text;
+  nlohmann::ordered_json rows = nlohmann::ordered_json::object();
+  for (const recording::Table& table : set.tables) {
+    text += (text.empty() ? "" : "\n") + table.topic + ": " + std::to_string(table.rows()) + " rows";
+    rows[table.topic] = table.rows();
+  }
+  nlohmann::ordered_json fields{{"rows", rows}};
+  if (set.aligned) {
+    text += fmt::format("\naligned: {} rows, {} columns", set.aligned->times.size(), set.aligned->names.size());
+    fields["aligned"] = {{"rows", set.aligned->times.size()}, {"columns", set.aligned->names.size()}};
+  }
+  answer(text, fields);
   return recording.reportDamage() ? kFailure : kOk;
 }
 
@@ -151,6 +161,8 @@ int runPlot(const ExportCommand& options) {
               {folder.path().string(), options.figures.path, "--format", options.figures.format, "--arms",
                recording.about("arms"), "--joints", recording.about("joints")},
               options.figures);
+  if (client::asJson())
+    answer("", {{"figures", options.figures.path}});
   return recording.reportDamage() ? kFailure : kOk;
 }
 

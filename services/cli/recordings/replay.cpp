@@ -134,7 +134,8 @@ int play(const ReplayCommand& options, Recording& recording) {
       return true;
     });
   } while (options.loop && !stop.requested() && played > 0);
-  std::cout << "replayed " << played << " messages of " << writers.size() << " topics\n";
+  answer("replayed " + std::to_string(played) + " messages of " + std::to_string(writers.size()) + " topics",
+         {{"messages", played}, {"topics", writers.size()}, {"refused", refused}});
   if (refused > 0)
     std::cerr << refused << " messages were rejected by DDS, or do not fit their definition\n";
   return recording.reportDamage() || refused > 0 ? kFailure : kOk;

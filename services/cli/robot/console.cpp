@@ -50,19 +50,20 @@ int runConsole(const ConsoleCommand& options) {
   const config::Console& console = deployment.console;
   const int port = options.port.value_or(console.port);
   const std::string near = consoleAddress(console);
-  std::cout << consoleUrl(console, port) << '\n'
-            << "Foxglove, Lichtblick, PlotJuggler: " << (console.tls() ? "wss://" : "ws://") << near << ":" << port
-            << std::endl;
+  const std::string socket = (console.tls() ? "wss://" : "ws://") + near + ":" + std::to_string(port);
+  const bool is_served = !options.only_print && served(near, port);
+  std::string text = consoleUrl(console, port) + "\nFoxglove, Lichtblick, PlotJuggler: " + socket;
   if (!console.operator_token.empty())
-    std::cout << "append ?token=TOKEN with the token in " << console.operator_token.string()
-              << (console.viewer_token.empty() ? "" : " (read only: in " + console.viewer_token.string() + ")")
-              << std::endl;
-  if (options.only_print)
+    text += "\nappend ?token=TOKEN with the token in " + console.operator_token.string() +
+            (console.viewer_token.empty() ? "" : " (read only: in " + console.viewer_token.string() + ")");
+  answer(text + (is_served ? "\nit is already served" : ""), {{"page", consoleUrl(console, port)},
+                                                              {"socket", socket},
+                                                              {"operator_token", console.operator_token.string()},
+                                                              {"viewer_token", console.viewer_token.string()},
+                                                              {"served", is_served}});
+  std::cout << std::flush;
+  if (options.only_print || is_served)
     return kOk;
-  if (served(near, port)) {
-    std::cout << "it is already served" << std::endl;
-    return kOk;
-  }
   std::vector<std::string> words{"--deployment", deployment.file.string(), "--port", std::to_string(port)};
   if (!options.page.empty())
     words.insert(words.end(), {"--page", options.page});

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem home and tandem jog: homing runs, and motion of single joints. */
+#include <fmt/format.h>
+
 #include <chrono>
 #include <cmath>
 #include <iostream>
@@ -44,7 +46,7 @@ int homeDrives(const MotionCommand& options) {
       throw Failure(kFailure, "interrupted; the drives now stop by themselves");
   }
   client.releaseLease();
-  std::cout << (began ? "homed\n" : "all joints are homed; nothing to do\n");
+  answer(began ? "homed" : "all joints are homed; nothing to do", {{"homed", true}, {"moved", began}});
   return kOk;
 }
 
@@ -82,8 +84,9 @@ int jog(const MotionCommand& options) {
   client.releaseLease();
   const double scale = translation ? 1e3 : 180.0 / std::numbers::pi;
   const double to = client.snapshot().state.position[index];
-  std::printf("%s %s: from %.4f to %.4f %s\n", robot.arms[arm].name.c_str(), options.joint.c_str(), scale * from,
-              scale * to, translation ? "mm" : "deg");
+  answer(fmt::format("{} {}: from {:.4f} to {:.4f} {}", robot.arms[arm].name, options.joint, scale * from, scale * to,
+                     translation ? "mm" : "deg"),
+         {{"arm", robot.arms[arm].name}, {"joint", options.joint}, {"from", from}, {"to", to}});
   return client.snapshot().status.faults[arm] == 0 ? kOk : kFailure;
 }
 

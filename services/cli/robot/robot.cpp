@@ -318,11 +318,7 @@ void registerRobot(CLI::App& app, int& exit_code) {
   run->add_flag("--planned", options->planned,
                 "as --check; in addition control follows the planned joint positions in the null space of the tasks");
   run->add_flag("--keep-enabled", options->keep_enabled, "leave the arms ENABLED at the end");
-  run->footer(legend({"gate", "restricted"}) +
-              "Exit code 1: a point was not within the tolerance when it was left.\n"
-              "Examples:\n"
-              "  tandem robot run circle\n"
-              "  tandem robot -d one-arm run circle-one-arm --method hqp --check");
+  run->footer(legend({"gate", "restricted"}) + "Exit code 1: a point was not within the tolerance when it was left.");
 }
 
 }  // namespace tandem::cli

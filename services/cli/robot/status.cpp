@@ -315,11 +315,7 @@ void registerStatus(CLI::App& app, int& exit_code) {
           "--check", *check,
           "health check: exit code 0 if messages of all processes of this host are received within --wait, else 1")
       ->excludes(again);
-  status->footer(legend({"gate", "guards", "restricted"}) +
-                 "Examples:\n"
-                 "  tandem status --follow\n"
-                 "  tandem status laptop-1khz --json\n"
-                 "  tandem status --check || echo 'a process is silent'");
+  status->footer(legend({"gate", "guards", "restricted"}));
 }
 
 }  // namespace tandem::cli
