@@ -8,8 +8,10 @@
 namespace tandem::config {
 namespace {
 
+/// "FILE:LINE:COLUMN: KEY: "; line 0: of no line.
 std::string place(const std::string& file, int line, int column, const std::string& key) {
-  const std::string where = file + ":" + std::to_string(line) + ":" + std::to_string(column) + ": ";
+  const std::string where =
+      file + (line > 0 ? ":" + std::to_string(line) + ":" + std::to_string(column) : std::string()) + ": ";
   return key.empty() ? where : where + key + ": ";
 }
 

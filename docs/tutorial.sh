@@ -102,6 +102,11 @@ say <<'END'
 `tandem plan check` computes whether the robot reaches every point, and simulates the method on it. It needs no running system:
 END
 run 'tandem plan check eight.yaml --robot bench.yaml 2>/dev/null'
+say <<'END'
+`tandem show` describes and draws any of these files:
+END
+run 'tandem show eight.yaml --robot bench.yaml --figure show.png --width 1 2>/dev/null'
+picture show 'The arm at home, what its tip reaches, and the path'
 
 say <<'END'
 ## 3. The run

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what `tandem stability --map` and `tandem workspace` leave as CSV files (docs/csv.md).
+"""Draws what `tandem stability --map` and `tandem workspace` leave as CSV files (docs/csv.md), and `tandem show`.
 
     mechanics.py map CSV FILE             stability over rotations relative to tube 1
     mechanics.py workspace CSVDIR FIGDIR  reachable cells: FIGDIR/workspace-section and FIGDIR/workspace-volume
+    mechanics.py show JSON FILE           arms, reach and paths, from the front and from the side
 
 FILE ends in .png, .pdf or .svg, `workspace` takes --format instead; both take --dpi N and --width 1|2. Files
 written are listed on standard output. Ends with 1 where a file is missing or is not of this format, with 2 where
@@ -17,6 +18,7 @@ import sys
 import numpy as np
 from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.lines import Line2D
+from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 from style import ARMS, INCH, MM, Failure, add_options, equal_space, figure_file, legend_below, plt, read_csv, run
 
@@ -185,16 +187,128 @@ def draw_workspace(arguments, sheet):
             for name, draw in (("section", draw_section), ("volume", draw_volume))]
 
 
+def silhouette(arm, across, window):
+    """Grid of a panel, and where what the arm's tip reaches is in front of or behind it.
+
+    @param across  index of the panel's horizontal axis  @param window  (left, right, bottom, top), mm
+    """
+    base, position = rotation(*arm["base"][3:]), np.array(arm["base"][:3])
+    x, y = np.meshgrid(np.linspace(*window[:2], 160), np.linspace(*window[2:], 240))
+    inside = np.zeros(x.shape, dtype=bool)
+    outline = np.array(arm["reach"]["outline_z_least_r_largest_r_m"])
+    angle = np.linspace(0, 2 * np.pi, 49)
+    circle = np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    rings = [np.column_stack([radius * circle, np.full(len(circle), height)]) for height, _, radius in outline]
+    for slice_ in zip(rings, rings[1:] or rings):
+        place = MM * (np.concatenate(slice_) @ base.T + position)[:, [across, 2]]
+        inside |= convex(place).contains_points(np.column_stack([x.ravel(), y.ravel()])).reshape(x.shape)
+    return x, y, inside
+
+
+def convex(points):
+    """Path of the convex hull of points in a plane (monotone chain)."""
+    ordered = points[np.lexsort((points[:, 1], points[:, 0]))]
+
+    def chain(places):
+        hull = []
+        for place in places:
+            while len(hull) > 1 and np.linalg.det([hull[-1] - hull[-2], place - hull[-2]]) <= 0:
+                hull.pop()
+            hull.append(place)
+        return hull[:-1]
+    return Path(np.array(chain(ordered) + chain(ordered[::-1])))
+
+
+def draw_side(ax, facts, view, window):
+    """One panel of `tandem show`: reach, arms, place of least clearance, paths. @param view  indices of its two axes"""
+    across = view[0]
+    for arm, color in zip(facts.get("arms", []), ARMS):
+        if arm.get("reach"):
+            x, y, inside = silhouette(arm, across, window)
+            ax.contourf(x, y, inside, levels=[0.5, 1.5], colors=[color], alpha=0.1)
+            ax.contour(x, y, inside, levels=[0.5], colors=[color], linewidths=0.6, linestyles="--")
+    for arm, color in zip(facts.get("arms", []), ARMS):
+        place = MM * np.array(arm["shape_m"])[:, view]
+        radii = arm.get("piece_radii_m") or [arm["tube_radii_m"][0]] * (len(place) - 1)
+        for radius in sorted(set(radii)):  # thicker tubes are wider lines
+            pieces = [k for k, each in enumerate(radii) if each == radius]
+            width = 0.8 + 1.2 * radius / max(radii)
+            ax.plot(*place[pieces[0]:pieces[-1] + 2].T, color=color, linewidth=width, solid_capstyle="round")
+    for path in facts.get("paths", []):
+        place = MM * np.array(path["path_m"])[:, view]
+        ax.plot(*place.T, color="#CC00CC", linewidth=0.9)
+    for pair in facts.get("clearance", []):
+        ends = MM * np.array([pair["place_m"], pair["other_place_m"]])[:, view]
+        ax.plot(*ends.T, color="#E31A1C", linewidth=0.8, marker="o", markersize=2.5, markerfacecolor="none")
+    ax.set_xlim(*window[:2])
+    ax.set_ylim(*window[2:])
+    ax.set_aspect("equal")
+    ax.set_xlabel(f"{'xy'[across]} (mm)")
+    ax.xaxis.set_major_locator(MaxNLocator(4))
+
+
+def show_handles(facts):
+    arms = facts.get("arms", [])
+    handles = [Line2D([], [], color=color, linewidth=1.8, label=arm["arm"]) for arm, color in zip(arms, ARMS)]
+    if any(arm.get("reach") for arm in arms):
+        handles.append(Line2D([], [], color="#606060", linewidth=0.6, linestyle="--", label="reach of a tip"))
+    handles += [Line2D([], [], color="#E31A1C", linewidth=0.8, marker="o", markersize=2.5, markerfacecolor="none",
+                       label=f"{pair['arm']} to {pair['other']}: {MM * pair['distance_m']:.2f} mm")
+                for pair in facts.get("clearance", [])]
+    names = ", ".join(path["name"] for path in facts.get("paths", []))
+    return handles + ([Line2D([], [], color="#CC00CC", linewidth=0.9, label=f"{'path' if arms else 'path from its start'}: {names}")] if names else [])
+
+
+def flat(facts):
+    """Whether all arms are in the plane z = 0, as those of a planar robot."""
+    return all(abs(place[2]) < 1e-9 for arm in facts["arms"] for place in arm["shape_m"])
+
+
+def draw_show(arguments, sheet):
+    """The figure of a file; the file written."""
+    try:
+        facts = json.loads(arguments.source.read_text(encoding="utf-8"))
+        places = [MM * np.array(arm["shape_m"]) for arm in facts.get("arms", [])]
+        places += [MM * np.array(path["path_m"]) for path in facts.get("paths", [])]
+        for arm in facts.get("arms", []):
+            if arm.get("reach"):
+                radius, heights = arm["reach"]["radius_m"], arm["reach"]["z_m"]
+                corners = np.array([(x, y, z) for x in (-radius, radius) for y in (-radius, radius) for z in heights])
+                places.append(MM * (corners @ rotation(*arm["base"][3:]).T + np.array(arm["base"][:3])))
+    except OSError as error:
+        raise Failure(f"{arguments.source}: {error.strerror}") from error
+    except (KeyError, ValueError) as error:
+        raise Failure(f"{arguments.source}: not of `tandem show`: {error}") from error
+    points = np.concatenate(places)
+    middle, half = 0.5 * (points.min(axis=0) + points.max(axis=0)), 0.5 * np.ptp(points, axis=0)
+    alone = not facts.get("arms")
+    # A path in a plane is no line without height.
+    half = np.maximum(half, (1.0 if alone else 0.15) * half.max()) + 0.08 * half.max()
+    views = [[0, 2], [1, 2], [0, 1]] if alone else [[0, 1]] if flat(facts) else [[0, 2], [1, 2]]
+    widths = [half[view[0]] for view in views]
+    tallest = max(half[view[1]] for view in views)
+    height = min(150, max(45, tallest / sum(widths) * (70 if sheet.columns == 1 else 150) + 28))
+    figure, axes = plt.subplots(1, len(views), figsize=sheet.size(height), layout="constrained", width_ratios=widths)
+    for view, ax in zip(views, axes := np.atleast_1d(axes)):
+        draw_side(ax, facts, view, [middle[k] + sign * half[k] for k in view for sign in (-1, 1)])
+        if ax is axes[0] or alone:
+            ax.set_ylabel(f"{'xyz'[view[1]]} (mm)")
+        else:
+            ax.tick_params(labelleft=False)
+    legend_below(figure, show_handles(facts), 3 if sheet.columns == 2 else 2)
+    return [sheet.save(figure, arguments.target)]
+
+
 def draw(arguments, sheet):
-    return {"map": draw_map, "workspace": draw_workspace}[arguments.kind](arguments, sheet)
+    return {"map": draw_map, "workspace": draw_workspace, "show": draw_show}[arguments.kind](arguments, sheet)
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     kinds = parser.add_subparsers(dest="kind", required=True)
-    for kind, target, name in (("map", figure_file, "FILE"), ("workspace", pathlib.Path, "FIGDIR")):
+    for kind, target, name in (("map", figure_file, "FILE"), ("workspace", pathlib.Path, "FIGDIR"), ("show", figure_file, "FILE")):
         one = kinds.add_parser(kind)
-        one.add_argument("source", type=pathlib.Path, metavar="CSV" if kind == "map" else "CSVDIR")
+        one.add_argument("source", type=pathlib.Path, metavar={"map": "CSV", "workspace": "CSVDIR", "show": "JSON"}[kind])
         one.add_argument("target", type=target, metavar=name)
         add_options(one, folder=kind == "workspace")
     return run("mechanics.py", draw, parser.parse_args())

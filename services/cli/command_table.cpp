@@ -48,6 +48,7 @@ const std::map<std::string, std::vector<std::string>>& examples() {
       {"plan time", {"tandem plan time circle"}},
       {"plan start", {"tandem plan start circle"}},
       {"validate", {"tandem validate laptop", "tandem validate robot.yaml deployment.yaml --json"}},
+      {"show", {"tandem show ark2024 --figure arms.pdf", "tandem show circle --robot ark2024 --figure circle.png"}},
       {"schema", {"tandem schema robot > robot.schema.json"}},
       {"can scan", {"tandem can scan --bus can:can0"}},
       {"can od", {"tandem can od 1 6041 --bus can:can0", "tandem can od 1 607D:1 --bus can:can0 -- -100000"}},

@@ -81,7 +81,8 @@ int main(int argc, char** argv) {
         registerPlan,       registerValidate,    registerSchema,  registerCan,       registerHome,
         registerJog,        registerSecurity,    registerUnits,   registerRecord,    registerInfo,
         registerReplay,     registerExport,      registerPlot,    registerConsole,   registerTeleop,
-        registerMonteCarlo, registerCooperative, registerPresets, registerNew,       registerCompletion}) {
+        registerMonteCarlo, registerCooperative, registerPresets, registerNew,       registerCompletion,
+        registerShow}) {
     part(app, exit_code);
   }
   requireFiniteNumbers(app);

@@ -75,7 +75,7 @@ TEST(AnyRobot, LoadTubesRefusesOtherRobotsAndNamesTheDeployment) {
   const Deployment catheters = loadDeployment(presets() / "deployments/ablation-pair.yaml");
   const std::string refusal = refusalOf([&] { loadTubes(catheters, "this is why"); });
   EXPECT_NE(refusal.find(
-                "ablation-pair.yaml:0:0: robot: found the cooperative robot of ablation-pair.yaml, expected concentric "
+                "ablation-pair.yaml: robot: found the cooperative robot of ablation-pair.yaml, expected concentric "
                 "tubes: this is why"),
             std::string::npos)
       << refusal;

@@ -391,7 +391,7 @@ TEST(Robot, SyntaxErrorsHaveLineAndColumn) {
     ADD_FAILURE() << "accepted";
   } catch (const Error& error) {
     EXPECT_EQ(error.line(), 0);
-    EXPECT_STREQ(error.what(), "/nowhere/robot.yaml:0:0: found no such file, expected a readable YAML file");
+    EXPECT_STREQ(error.what(), "/nowhere/robot.yaml: found no such file, expected a readable YAML file");
   }
 }
 
