@@ -256,7 +256,10 @@ def show_handles(facts):
                        label=f"{pair['arm']} to {pair['other']}: {MM * pair['distance_m']:.2f} mm")
                 for pair in facts.get("clearance", [])]
     names = ", ".join(path["name"] for path in facts.get("paths", []))
-    return handles + ([Line2D([], [], color="#CC00CC", linewidth=0.9, label=f"{'path' if arms else 'path from its start'}: {names}")] if names else [])
+    if names:
+        what = "path" if arms else "path from its start"
+        handles.append(Line2D([], [], color="#CC00CC", linewidth=0.9, label=f"{what}: {names}"))
+    return handles
 
 
 def flat(facts):

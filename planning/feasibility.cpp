@@ -296,6 +296,14 @@ int FeasibilityReport::unreachable() const {
       std::count_if(points.begin(), points.end(), [](const auto& p) { return p.reach != Reach::kReached; }));
 }
 
+Eigen::MatrixXd FeasibilityReport::pathFrom(const safety::RobotVector& start_joints) const {
+  Eigen::MatrixXd path(start_joints.size(), static_cast<Eigen::Index>(points.size()) + 1);
+  path.col(0) = start_joints;
+  for (std::size_t k = 0; k < points.size(); ++k)
+    path.col(static_cast<Eigen::Index>(k) + 1) = points[k].q;
+  return path;
+}
+
 std::vector<safety::RobotVector> FeasibilityReport::path() const {
   std::vector<safety::RobotVector> path;
   for (const PointReport& point : points)

@@ -36,6 +36,8 @@ struct FeasibilityReport {
   int unreachable() const;
   /// Joints at all points: postures for a Follower.
   std::vector<safety::RobotVector> path() const;
+  /// The same with the start before it, one column per point.
+  Eigen::MatrixXd pathFrom(const safety::RobotVector& start_joints) const;
 };
 
 struct FeasibilityOptions {

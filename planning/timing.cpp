@@ -17,6 +17,11 @@ using Ipopt::Number;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+/// Limit of a joint: the wanted one, else the robot's, else `otherwise`.
+double chosen(double wanted, double by_robot, double otherwise) {
+  return wanted > 0.0 ? wanted : std::isfinite(by_robot) ? by_robot : otherwise;
+}
+
 /// Largest x of each point from the velocity limits; infinite without motion.
 Eigen::VectorXd largest(const TimingProblem& problem) {
   const Eigen::Index last = problem.path.cols() - 1;
@@ -232,6 +237,27 @@ bool valid(const TimingProblem& problem) {
 }
 
 }  // namespace
+
+TimingProblem timingProblem(const std::vector<const safety::ArmLimits*>& arms,
+                            Eigen::MatrixXd path,
+                            const TimingLimits& wanted) {
+  TimingProblem problem;
+  problem.path = std::move(path);
+  problem.velocity.resize(problem.path.rows());
+  problem.acceleration.resize(problem.path.rows());
+  Eigen::Index j = 0;
+  for (const safety::ArmLimits* limits : arms) {
+    for (int k = 0; k < limits->jointCount(); ++k, ++j) {
+      const safety::JointLimit& limit = limits->joints[static_cast<std::size_t>(k)];
+      const bool translation = limits->isTranslation(k);
+      problem.velocity[j] =
+          chosen(translation ? 0.0 : wanted.rotation_velocity, limit.velocity, wanted.free_rotation_velocity);
+      problem.acceleration[j] = chosen(translation ? wanted.translation_acceleration : wanted.rotation_acceleration,
+                                       limit.slew_limit, safety::kUnlimited);
+    }
+  }
+  return problem;
+}
 
 Timing timeOptimal(const TimingProblem& problem, const std::function<bool()>& cancelled) {
   Timing timing;

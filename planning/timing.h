@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "idl/enumerations.h"
+#include "safety/limits.h"
 
 namespace tandem::planning {
 
@@ -15,6 +16,19 @@ struct TimingProblem {
   Eigen::VectorXd velocity;      ///< largest speed of each joint, m/s and rad/s; infinite: none
   Eigen::VectorXd acceleration;  ///< m/s^2 and rad/s^2; infinite: none
 };
+
+/** Limits instead of those of the joints; 0: the joint's. */
+struct TimingLimits {
+  double translation_acceleration = 0.0;  ///< m/s^2
+  double rotation_velocity = 0.0;         ///< rad/s
+  double rotation_acceleration = 0.0;     ///< rad/s^2
+  double free_rotation_velocity = 0.0;    ///< of rotations without a limit, rad/s
+};
+
+/// The problem of a path of all arms' joints, with the velocity and slew limits of the arms.
+TimingProblem timingProblem(const std::vector<const safety::ArmLimits*>& arms,
+                            Eigen::MatrixXd path,
+                            const TimingLimits& wanted);
 
 using idl::TimingStatus;
 

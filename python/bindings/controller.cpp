@@ -211,7 +211,7 @@ void bindController(py::module_& module) {
            ("method: " + control::methodList() +
             ". period in s, gains in 1/s. Further keywords: bounds, backend, and the parameters of docs/methods.md.")
                .c_str())
-      .def_property_readonly("method", &Controller::method)
+      .def_property_readonly("method", &Controller::method, "Name of the redundancy resolution.")
       .def("step", &Controller::step, "q"_a, "targets"_a, "setpoint"_a = py::none(),
            "One step. q: measured joints of all arms, stacked or one vector per arm. targets: highest priority first. "
            "setpoint: joints from which limits are computed, q unless given. An elastic arm continues from the "

@@ -3,7 +3,9 @@
 
 #include <atomic>
 
-#include "planning/feasibility.h"
+#include "kinematics/clearance.h"
+#include "planning/start_choice.h"
+#include "planning/timing.h"
 #include "python/bindings/bind.h"
 #include "python/bindings/robot.h"
 #include "python/bindings/trajectory.h"
@@ -25,6 +27,8 @@ class Planner {
     options_.demands.clearance = clearance;
     options_.starts = starts;
     options_.seed = seed;
+    for (const config::Arm& arm : robot.file->arms)
+      names_.push_back(arm.name);
   }
 
   py::dict ik(const py::dict& targets, const py::object& reference) const {
@@ -46,7 +50,7 @@ class Planner {
     const safety::RobotVector from = reference.is_none() ? robot_.home() : robot_.stack(reference, "reference");
     const planning::IkAnswer answer = [&] {
       const py::gil_scoped_release released;
-      return planning::InverseKinematics({model_.models(), model_.limits()}, options_).solve(tips, from);
+      return planning::InverseKinematics(arms(), options_).solve(tips, from);
     }();
     py::dict result;
     result["reach"] = std::string(planning::name(answer.reach));
@@ -62,14 +66,116 @@ class Planner {
   }
 
   py::dict check(const Trajectory& trajectory, const py::object& start) const {
-    const safety::RobotVector from = start.is_none() ? robot_.home() : robot_.stack(start, "start");
+    const safety::RobotVector from = startOf(start);
+    return reportOf(checked(trajectory, from));
+  }
+
+  py::dict repair(const Trajectory& trajectory, const py::object& start, double smoothing) const {
+    const safety::RobotVector from = startOf(start);
     const planning::TrajectorySpec spec = trajectory.of(*robot_.file);
+    const planning::RepairResult repaired = [&] {
+      const py::gil_scoped_release released;
+      return planning::repairTrajectory(arms(), spec, from, feasibility(), smoothing);
+    }();
+    py::dict result;
+    result["trajectory"] = Trajectory{repaired.spec};
+    result["before"] = reportOf(repaired.before);
+    result["after"] = reportOf(repaired.after);
+    result["rounds"] = repaired.rounds;
+    result["largest_change"] = repaired.largest_change;
+    result["rms_change"] = repaired.rms_change;
+    return result;
+  }
+
+  py::dict time(const Trajectory& trajectory,
+                const py::object& start,
+                double translation_acceleration,
+                double rotation_velocity,
+                double rotation_acceleration) const {
+    const safety::RobotVector from = startOf(start);
+    const planning::FeasibilityReport report = checked(trajectory, from);
+    if (!report.feasible)
+      throw py::value_error("trajectory " + trajectory.spec.name + " is not feasible from this start; see check()");
+    const planning::TimingProblem problem =
+        planning::timingProblem(model_.limits(), report.pathFrom(from),
+                                {translation_acceleration, rotation_velocity, rotation_acceleration,
+                                 robot_.file->parameters.snsqp_rotation_velocity});
+    const planning::Timing timing = [&] {
+      const py::gil_scoped_release released;
+      return planning::timeOptimal(problem);
+    }();
+    py::dict result;
+    result["status"] = std::string(idl::name(timing.status));
+    result["time"] = toArray(Eigen::VectorXd::Map(timing.time.data(), static_cast<Eigen::Index>(timing.time.size())));
+    result["joints"] = toArray(problem.path.transpose());
+    std::vector<std::string> limiting;
+    for (const int joint : timing.limiting)
+      limiting.push_back(jointName(joint));
+    result["limiting"] = limiting;
+    return result;
+  }
+
+  py::list starts(const Trajectory& trajectory, const py::object& start, int tries) const {
+    planning::StartOptions options;
+    options.feasibility = feasibility();
+    options.tries = tries;
+    const safety::RobotVector from = startOf(start);
+    const planning::TrajectorySpec spec = trajectory.of(*robot_.file);
+    const planning::StartChoice choice = [&] {
+      const py::gil_scoped_release released;
+      return planning::chooseStart(arms(), spec, from, options);
+    }();
+    py::list result;
+    for (const planning::StartCandidate& candidate : choice.candidates) {
+      py::dict one;
+      one["joints"] = toArray(candidate.q);
+      one["unreachable"] = candidate.unreachable;
+      one["room"] = candidate.room;
+      one["mean_room"] = candidate.mean_room;
+      result.append(one);
+    }
+    return result;
+  }
+
+  py::dict clearance(const py::object& joints) const {
+    const std::vector<Eigen::VectorXd> split = robot_.split(startOf(joints));
+    std::vector<kinematics::Body> bodies(split.size());
+    for (std::size_t k = 0; k < split.size(); ++k) {
+      kinematics::Branch branch;
+      if (kinematics::makeBody(*model_.models()[k], split[k], branch, false, bodies[k]) != kinematics::ModelStatus::kOk)
+        throw ModelError("arm " + names_[k] + ": the model has no solution at these joints");
+    }
+    py::dict result;
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      for (std::size_t j = i + 1; j < bodies.size(); ++j) {
+        const kinematics::Clearance least = kinematics::clearance(bodies[i], bodies[j]);
+        result[py::make_tuple(names_[i], names_[j])] =
+            py::make_tuple(least.distance, toArray(least.place_a), toArray(least.place_b));
+      }
+    }
+    return result;
+  }
+
+ private:
+  planning::Arms arms() const { return {model_.models(), model_.limits(), names_}; }
+
+  safety::RobotVector startOf(const py::object& joints) const {
+    return joints.is_none() ? robot_.home() : robot_.stack(joints, "start");
+  }
+
+  planning::FeasibilityOptions feasibility() const {
     planning::FeasibilityOptions options;
     options.ik = options_;
-    const planning::FeasibilityReport report = [&] {
-      const py::gil_scoped_release released;
-      return planning::checkTrajectory({model_.models(), model_.limits()}, spec, from, options);
-    }();
+    return options;
+  }
+
+  planning::FeasibilityReport checked(const Trajectory& trajectory, const safety::RobotVector& from) const {
+    const planning::TrajectorySpec spec = trajectory.of(*robot_.file);
+    const py::gil_scoped_release released;
+    return planning::checkTrajectory(arms(), spec, from, feasibility());
+  }
+
+  py::dict reportOf(const planning::FeasibilityReport& report) const {
     py::dict result;
     result["feasible"] = report.feasible;
     result["start"] = report.start;
@@ -90,10 +196,20 @@ class Planner {
     return result;
   }
 
- private:
+  /// "left.beta_1" of an index among all joints; empty for -1.
+  std::string jointName(int joint) const {
+    for (const config::Arm& arm : robot_.file->arms) {
+      if (joint >= 0 && joint < arm.jointCount())
+        return arm.name + "." + arm.joint_names[static_cast<std::size_t>(joint)];
+      joint -= arm.jointCount();
+    }
+    return "";
+  }
+
   Robot robot_;
   robots::RobotModel model_;
   planning::IkOptions options_;
+  std::vector<std::string> names_;  ///< of the arms
 };
 
 }  // namespace
@@ -113,7 +229,26 @@ void bindPlanner(py::module_& module) {
       .def(
           "check", &Planner::check, "trajectory"_a, "start"_a = py::none(),
           "Feasibility of a trajectory from a start, point by point: a dict with feasible, start (reason why it is not "
-          "a valid start), and for each point joints, errors (m), reach, reason.");
+          "a valid start), and for each point joints, errors (m), reach, reason.")
+      .def(
+          "repair", &Planner::repair, "trajectory"_a, "start"_a = py::none(), py::kw_only(), "smoothing"_a = 3.0,
+          "The nearest feasible trajectory: a dict with trajectory (absolute waypoints), before and after (as check() "
+          "returns them), rounds, largest_change and rms_change of the tip's points (m). smoothing 0 moves only points "
+          "that cannot be reached. It is of use where after['feasible'] is true.")
+      .def(
+          "time", &Planner::time, "trajectory"_a, "start"_a = py::none(), py::kw_only(),
+          "translation_acceleration"_a = 0.0, "rotation_velocity"_a = 0.0, "rotation_acceleration"_a = 0.0,
+          "The fastest timing within the joints' limits (Verscheure et al. 2009), or within those given (m/s^2, rad/s, "
+          "rad/s^2; 0: the robot file's): a dict with status ('optimal', ...), time (s) and joints of the start and "
+          "each point, and for each segment limiting, the joint nearest to its velocity limit ('' for an "
+          "acceleration). "
+          "ValueError where the trajectory is not feasible.")
+      .def("starts", &Planner::starts, "trajectory"_a, "start"_a = py::none(), py::kw_only(), "tries"_a = 20,
+           "Start configurations with the same tips, the best first: dicts with joints, unreachable (points), room "
+           "(smallest margin to all limits on the way, per 0.1 m and 1 rad) and mean_room.")
+      .def("clearance", &Planner::clearance, "joints"_a = py::none(),
+           "Smallest distance between the bodies of each two arms at joints (home unless given): by the names of the "
+           "arms (distance (m; below zero they overlap), place on the first, place on the other (m, base frame)).");
 }
 
 }  // namespace tandem::python

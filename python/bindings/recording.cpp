@@ -107,7 +107,9 @@ void bindRecording(py::module_& module) {
   py::class_<Recording>(module, "Recording", "An MCAP file, as `tandem record` and the black box write them.")
       .def(py::init<const std::string&>(), "path"_a)
       .def_property_readonly("topics", &Recording::topics, "Message type by the name of the topic.")
-      .def_property_readonly("message_count", [](const Recording& r) { return r.reader().statistics().messages; })
+      .def_property_readonly(
+          "message_count", [](const Recording& r) { return r.reader().statistics().messages; },
+          "Messages of all topics.")
       .def_property_readonly(
           "finished", [](const Recording& r) { return r.reader().finished(); },
           "True: the file was closed by its writer.")
@@ -115,13 +117,15 @@ void bindRecording(py::module_& module) {
           "damage", [](const Recording& r) { return r.reader().damage(); }, "Damage found in the file, as texts.")
       .def_property_readonly("attachments", &Recording::attachments,
                              "Texts of robot.yaml, deployment.yaml ... by name.")
-      .def_property_readonly("metadata",
-                             [](const Recording& r) {
-                               std::map<std::string, std::map<std::string, std::string>> all;
-                               for (const recording::Metadata& metadata : r.reader().metadata())
-                                 all[metadata.name] = metadata.values;
-                               return all;
-                             })
+      .def_property_readonly(
+          "metadata",
+          [](const Recording& r) {
+            std::map<std::string, std::map<std::string, std::string>> all;
+            for (const recording::Metadata& metadata : r.reader().metadata())
+              all[metadata.name] = metadata.values;
+            return all;
+          },
+          "Name and value pairs of each metadata record.")
       .def("__getitem__", &Recording::table, "topic"_a,
            "Messages of a topic as a dict of numpy arrays, one row per message, SI units; nested members with dots.");
 }

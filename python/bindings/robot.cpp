@@ -185,7 +185,8 @@ void bindArm(py::module_& module) {
       "Twist of the tip per wrench at the tip, (6, 6) or (N, 6, 6): linear and "
       "force first. Compliant models only.");
   py::class_<Arm>(module, "Arm", "One arm of a Robot, with a kinematic model.")
-      .def_property_readonly("name", [](const Arm& a) { return a.file().name; })
+      .def_property_readonly(
+          "name", [](const Arm& a) { return a.file().name; }, "As the robot file names it.")
       .def_property_readonly("model", &Arm::modelName, "'rigid' or 'compliant'.")
       .def_property_readonly("joint_count", &Arm::joints, "2n.")
       .def_property_readonly(
@@ -337,9 +338,13 @@ void bindRobot(py::module_& module) {
           "load", [](const std::string& name_or_path) { return Robot(name_or_path); }, "name_or_path"_a,
           "Loads a preset ('ark2024') or a file. ConfigError names file, line, key, what was found and what was "
           "expected.")
-      .def_property_readonly("name", [](const Robot& r) { return r.file->name; })
-      .def_property_readonly("file", [](const Robot& r) { return r.file->file.string(); })
-      .def_property_readonly("warnings", [](const Robot& r) { return r.file->warnings; })
+      .def_property_readonly(
+          "name", [](const Robot& r) { return r.file->name; }, "As its file names it.")
+      .def_property_readonly(
+          "file", [](const Robot& r) { return r.file->file.string(); }, "Path of its file.")
+      .def_property_readonly(
+          "warnings", [](const Robot& r) { return r.file->warnings; },
+          "What its file has that is unusual, with line and key.")
       .def_property_readonly("joint_count", &Robot::jointCount, "Joints of all arms.")
       .def_property_readonly(
           "home", [](const Robot& r) { return toArray(r.home()); }, "Joints of all arms at home.")

@@ -43,8 +43,10 @@ void bindTrajectory(py::module_& module) {
       .def_static(
           "parse", [](const std::string& text) { return Trajectory{config::parseTrajectory(text, "text", {})}; },
           "text"_a, "Reads YAML text, as a file would hold it; it cannot name CSV files.")
-      .def_property_readonly("name", [](const Trajectory& t) { return t.spec.name; })
-      .def_property_readonly("point_count", [](const Trajectory& t) { return t.spec.point_count; })
+      .def_property_readonly(
+          "name", [](const Trajectory& t) { return t.spec.name; }, "As its file names it.")
+      .def_property_readonly(
+          "point_count", [](const Trajectory& t) { return t.spec.point_count; }, "Points after the start.")
       .def_property_readonly(
           "tolerance", [](const Trajectory& t) { return t.spec.tolerance; }, "m.")
       .def("points", &samples, "tip"_a, "relative"_a,

@@ -18,11 +18,6 @@ void reportProgress(const ComputationHooks& hooks, double fraction, const std::s
     hooks.progress(fraction, at, done, all);
 }
 
-/// Limit of a joint: the client's value, else the robot's, else `otherwise`.
-double chosen(double wanted, double by_robot, double otherwise) {
-  return wanted > 0.0 ? wanted : std::isfinite(by_robot) ? by_robot : otherwise;
-}
-
 void judge(const planning::FeasibilityReport& report, dds::ComputationResult& result) {
   result.outcome = static_cast<std::uint8_t>(report.cancelled  ? dds::Outcome::kCancelled
                                              : report.feasible ? dds::Outcome::kGood
@@ -171,26 +166,10 @@ void Computation::time(const ComputationHooks& hooks, dds::ComputationResult& re
   const auto report = checked(hooks, kCheck, result);
   if (!report.feasible)
     return;
-  planning::TimingProblem problem;
-  const int joints = problem_.arms.jointCount();
-  problem.path.resize(joints, static_cast<Eigen::Index>(report.points.size()) + 1);
-  problem.path.col(0) = problem_.start;
-  for (std::size_t k = 0; k < report.points.size(); ++k)
-    problem.path.col(static_cast<Eigen::Index>(k) + 1) = report.points[k].q;
-  problem.velocity.resize(joints);
-  problem.acceleration.resize(joints);
-  for (int arm = 0, j = 0; arm < problem_.arms.count(); ++arm) {
-    const safety::ArmLimits& limits = *problem_.arms.limits[static_cast<std::size_t>(arm)];
-    for (int k = 0; k < limits.jointCount(); ++k, ++j) {
-      const safety::JointLimit& limit = limits.joints[static_cast<std::size_t>(k)];
-      const bool translation = limits.isTranslation(k);
-      problem.velocity[j] = chosen(translation ? 0.0 : problem_.request.rotation_velocity, limit.velocity,
-                                   problem_.robot.robot.parameters.snsqp_rotation_velocity);
-      problem.acceleration[j] =
-          chosen(translation ? problem_.request.translation_acceleration : problem_.request.rotation_acceleration,
-                 limit.slew_limit, safety::kUnlimited);
-    }
-  }
+  const planning::TimingProblem problem = planning::timingProblem(
+      problem_.arms.limits, report.pathFrom(problem_.start),
+      {problem_.request.translation_acceleration, problem_.request.rotation_velocity,
+       problem_.request.rotation_acceleration, problem_.robot.robot.parameters.snsqp_rotation_velocity});
   reportProgress(hooks, kCheck, "timing", 0, 0);
   const planning::Timing timing = planning::timeOptimal(problem, hooks.cancelled);
   result.timing = reportOf(timing);

@@ -5,6 +5,7 @@ The first argument is the folder of the executables of a build tree; the module 
 import ast
 import csv
 import io
+import json
 import os
 import pathlib
 import random
@@ -225,6 +226,55 @@ class Plans(ModuleTest):
         self.assertTrue(report["feasible"], report)
         self.assertTrue(self.robot.arm("a").within_limits(report["joints"][:, :6], tolerance=1e-9).all())
 
+    def command(self, *words):
+        """JSON that `tandem` prints for the same."""
+        answer = subprocess.run([BIN / "tandem", *words, "--json"], capture_output=True, text=True, check=True)
+        return json.loads(answer.stdout)
+
+    def test_clearance(self):
+        (pair, (distance, place, other)), = tandem.Planner(self.robot).clearance().items()
+        shown, = self.command("show", "ark2024")["clearance"]
+        self.assertEqual(pair, (shown["arm"], shown["other"]))
+        np.testing.assert_allclose(distance, shown["distance_m"], atol=1e-12)
+        np.testing.assert_allclose([place, other], [shown["place_m"], shown["other_place_m"]], atol=1e-12)
+
+    def test_time(self):
+        trajectory = tandem.Trajectory.load("line")
+        answer = tandem.Planner(self.robot).time(trajectory)
+        self.assertEqual(answer["status"], "optimal")
+        self.assertEqual(answer["joints"].shape, (trajectory.point_count + 1, 12))
+        np.testing.assert_allclose(answer["joints"][0], self.robot.home)
+        self.assertEqual(len(answer["limiting"]), trajectory.point_count)
+        joints = {f"arm_{arm}.{joint}_{tube}" for arm in "ab" for joint in ("beta", "alpha") for tube in (1, 2, 3)}
+        self.assertLessEqual(set(answer["limiting"]), joints | {""})
+        apart = tandem.Planner(self.robot, clearance=0.0).time(trajectory)
+        printed = self.command("plan", "time", "line", "--robot", "ark2024")
+        self.assertAlmostEqual(apart["time"][-1], printed["seconds"], delta=1e-9)
+        slower = tandem.Planner(self.robot).time(trajectory, rotation_velocity=0.01)
+        self.assertGreater(slower["time"][-1], answer["time"][-1])
+
+    def test_repair_makes_a_trajectory_feasible(self):
+        far = tandem.Trajectory.parse(LINE.replace("[0, 0, 8]", "[0, 60, 0]"))
+        planner = tandem.Planner(self.robot)
+        self.assertFalse(planner.check(far)["feasible"])
+        with self.assertRaisesRegex(ValueError, "not feasible from this start"):
+            planner.time(far)
+        answer = planner.repair(far)
+        self.assertFalse(answer["before"]["feasible"])
+        self.assertTrue(answer["after"]["feasible"])
+        self.assertTrue(planner.check(answer["trajectory"])["feasible"])
+        self.assertGreater(answer["largest_change"], answer["rms_change"])
+
+    def test_starts_have_the_same_tips(self):
+        candidates = tandem.Planner(self.robot).starts(tandem.Trajectory.parse(LINE), tries=4)
+        self.assertGreaterEqual(len(candidates), 2)
+        keys = [(each["unreachable"], -round(each["room"], 6)) for each in candidates]
+        self.assertEqual(keys, sorted(keys))
+        for part, name in ((slice(0, 6), "a"), (slice(6, 12), "b")):
+            arm = self.robot.arm(name)
+            tips = [arm.forward(each["joints"][part])[:3, 3] for each in candidates]
+            np.testing.assert_allclose(tips, [arm.forward(arm.home)[:3, 3]] * len(tips), atol=1e-5)
+
 
 class Documentation(unittest.TestCase):
     def test_what_the_page_says_runs(self):
@@ -268,6 +318,18 @@ class Stub(unittest.TestCase):
                 own = {n for n in vars(thing) if not n.startswith("_") or n == "__getitem__"}
                 methods = {m.name for m in node.body if isinstance(m, ast.FunctionDef)}
                 self.assertEqual(methods - {"__init__", "__enter__", "__exit__"}, own, name)
+
+    def test_the_installed_stub_has_the_texts_of_the_module(self):
+        def outline(tree, texts):
+            """(name, signature or text) of all classes and functions."""
+            return [(node.name, ast.get_docstring(node) if texts else ast.unparse(node.args))
+                    for node in ast.walk(tree) if isinstance(node, ast.FunctionDef) or (texts and isinstance(node, ast.ClassDef))]
+        source = ast.parse((SOURCE / "python/tandem/__init__.pyi").read_text())
+        installed = ast.parse((pathlib.Path(tandem.__file__).parent / "__init__.pyi").read_text())
+        self.assertEqual(outline(installed, False), outline(source, False))
+        self.assertIn(("clearance", tandem.Planner.clearance.__doc__.split("\n", 1)[1].strip()), outline(installed, True))
+        without = [name for name, text in outline(installed, True) if not text and not name.startswith("__")]
+        self.assertEqual(without, [])
 
 
 LINE = """\

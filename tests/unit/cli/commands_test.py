@@ -6,7 +6,6 @@ import re
 import shlex
 import subprocess
 import sys
-import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "integration" / "harness"))
 import system  # noqa: E402
