@@ -7,9 +7,11 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <cstdlib>
 #include <functional>
 #include <iostream>
 #include <map>
+#include <mutex>
 #include <nlohmann/json.hpp>
 
 #include "config/robot_files.h"
@@ -21,6 +23,7 @@
 #include "services/cli/legend.h"
 #include "services/cli/robot/processes.h"
 #include "services/cli/robot/status_print.h"
+#include "services/cli/robot/status_table.h"
 #include "services/cli/subcommand.h"
 #include "services/client/motions.h"
 #include "services/client/run_summary.h"
@@ -170,6 +173,36 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment,
   return json;
 }
 
+/** Latest tip of each arm that control publishes. */
+class Tips {
+ public:
+  Tips(client::Client& client, const config::Robot& robot) : tips_(robot.arms.size()) {
+    for (std::size_t k = 0; k < tips_.size(); ++k) {
+      readers_.push_back(
+          client.bus().reader(dds::kMeasuredCp, robot.arms[k].name, [this, k](const dds::PoseStamped& pose) {
+            const std::scoped_lock lock(mutex_);
+            tips_[k] = pose.position;
+          }));
+    }
+  }
+  /// Whether there is one of each arm.
+  bool all() const {
+    const std::scoped_lock lock(mutex_);
+    return std::ranges::none_of(tips_, [](const auto& tip) { return tip.is_null(); });
+  }
+  /// Adds tip_m, in the robot base frame, to each arm of a status; null: not known.
+  void addTo(nlohmann::ordered_json& json) const {
+    const std::scoped_lock lock(mutex_);
+    for (std::size_t k = 0; k < json["arms"].size(); ++k)
+      json["arms"][k]["tip_m"] = tips_[k];
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<nlohmann::ordered_json> tips_;
+  std::vector<dds::Reader> readers_;  // last: their callbacks use the others
+};
+
 /// Moves to the upper left corner of a terminal and clears it.
 constexpr const char* kClear = "\x1b[H\x1b[J";
 
@@ -222,12 +255,14 @@ int run(const std::string& name, double wait, bool as_json, bool follow) {
   const config::Robot robot = config::loadAnyRobot(deployment);
   client::Client client(deployment);
   const bool several = deployment.hosts.size() > 1;
+  const Tips tips(client, robot);
   client.connect(wait);
   if (!follow) {
     if (several)
       askAll(client);
-    client.waitFor(2.0, [](const client::Snapshot& s) { return s.hals > 0 && s.clearance_count > 0; });
+    client.waitFor(2.0, [&](const client::Snapshot& s) { return s.hals > 0 && s.clearance_count > 0 && tips.all(); });
     auto json = statusJson(deployment, robot, client.snapshot());
+    tips.addTo(json);
     json["clocks"] = clocksJson(client.clocks().offsets());
     json["processes"] = processesJson(client);
     if (as_json) {
@@ -239,6 +274,10 @@ int run(const std::string& name, double wait, bool as_json, bool follow) {
   }
   runtime::StopSignal stop;
   client.setInterrupt([&] { return stop.requested(); });
+  TimeLeft time_left;
+  const bool on_terminal = isatty(STDOUT_FILENO) != 0;
+  const bool colours = on_terminal && std::getenv("NO_COLOR") == nullptr;
+  const auto begin = std::chrono::steady_clock::now();
   Silence silence(std::max(1.0, 3.0 * deployment.control_period));
   while (!stop.requested()) {
     constexpr double kLook = 0.2;  // s: update interval, even while a service is silent
@@ -249,14 +288,16 @@ int run(const std::string& name, double wait, bool as_json, bool follow) {
     const client::Snapshot now = client.snapshot();
     silence.note(now);
     auto json = statusJson(deployment, robot, now);
+    tips.addTo(json);
     json["silent"] = silence.names();
     json["clocks"] = clocksJson(client.clocks().offsets());
     json["processes"] = processesJson(client);
     if (as_json) {
       std::cout << json.dump() << std::endl;
+    } else if (on_terminal) {
+      time_left.see(json, client::since(begin));
+      std::cout << kClear << statusTable(json, time_left.text(), colours) << std::flush;
     } else {
-      if (isatty(STDOUT_FILENO) != 0)
-        std::cout << kClear;
       printStatus(json);
     }
   }
@@ -309,7 +350,8 @@ void registerStatus(CLI::App& app, int& exit_code) {
     guarded(exit_code,
             [&] { return *check ? runCheck(*deployment, *wait) : run(*deployment, *wait, *as_json, *follow); });
   });
-  auto* again = status->add_flag("-f,--follow", *follow, "repeat until Ctrl-C; with --json one line per update");
+  auto* again = status->add_flag("-f,--follow", *follow,
+                                 "a table on a terminal, renewed until Ctrl-C; with --json one line per update");
   status
       ->add_flag(
           "--check", *check,

@@ -58,6 +58,9 @@ void printStatus(const nlohmann::ordered_json& json) {
     std::cout << "\n    joints (m, rad):";
     for (double q : arm["joints"])
       std::printf(" %.5f", q);
+    if (!arm["tip_m"].is_null())
+      std::printf("\n    tip (mm): %.3f %.3f %.3f", 1e3 * arm["tip_m"][0].get<double>(),
+                  1e3 * arm["tip_m"][1].get<double>(), 1e3 * arm["tip_m"][2].get<double>());
     std::fflush(stdout);
     std::cout << '\n';
   }
