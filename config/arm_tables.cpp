@@ -30,13 +30,16 @@ std::vector<Field> motionLimits(bool angle) {
   using safety::JointLimit;
   const Quantity speed = angle ? kAngularSpeed : kSpeed, change = angle ? kAngularAcceleration : kAcceleration;
   return {
-      positive("velocity", speed, "largest speed; finite for hardware", &JointLimit::velocity).orUnlimited(),
+      positive("velocity", speed, "largest speed; finite for hardware", &JointLimit::velocity)
+          .usually(angle ? 1e-4 : 1e-6, angle ? 100.0 : 0.5)
+          .orUnlimited(),
       positive("approach_acceleration", change,
                "A_max: shapes the approach to a limit, does not bound the command's jumps",
                &JointLimit::approach_acceleration)
           .orUnlimited(),
       positive("slew_limit", change, "largest change of the commanded velocity per second, held by the gate",
                &JointLimit::slew_limit)
+          .usually(angle ? 1e-3 : 1e-5, angle ? 1e4 : 50.0)
           .orUnlimited(),
       positive("stop_deceleration", change, "deceleration of the stop ramp", &JointLimit::stop_deceleration)
           .defaultsTo(angle ? 20.0 : 0.1),
@@ -54,7 +57,7 @@ const Mapping& controlTable() {
       "control",
       "Default parameters of the redundancy-resolution methods; weights in SI (m, rad).",
       {
-          positive("period", kTime, "T, control sampling time", &P::period),
+          positive("period", kTime, "T, control sampling time", &P::period).usually(1e-4, 1.0),
           text("bounds", "how equation (1) becomes bounds on velocities", allOf<BoundsKind>(), &P::bounds),
           text("backend", "QP solver", allOf<Backend>(), &P::backend),
           positive("nsp_damping", kLength, "damping of the pseudoinverses of (3)", &P::nsp_damping),

@@ -32,7 +32,7 @@ Field kindField(const std::string& kind);
 /// Key `robot` of files that refer to a robot file.
 Field robotField();
 
-/// JSON Schema (draft 2020-12) of a kind of file: the text of config/schemas/KIND.schema.json.
+/// JSON Schema (draft 2020-12) of a kind of file: the text of config/presets/schemas/KIND.schema.json.
 std::string schema(const std::string& kind);
 
 /// Keys of a kind of file as Markdown tables, one per mapping: a section of docs/configuration.md.

@@ -147,7 +147,8 @@ std::vector<Field> trajectoryFields() {
                &Spec::point_duration),
       positive("speed", kSpeed, "speed along the path, with `following: timed`", &Spec::speed).usually(1e-6, 0.2),
       positive("acceleration", kAcceleration, "acceleration along the path, with `following: timed`",
-               &Spec::acceleration),
+               &Spec::acceleration)
+          .usually(1e-6, 2.0),
   };
 }
 

@@ -51,7 +51,7 @@ int main(int argc, char** argv) {
     const fs::path page = source / "docs/configuration.md";
     std::string text = read(page);
     for (const std::string& kind : tandem::config::kinds()) {
-      write(source / "config/schemas" / (kind + ".schema.json"), tandem::config::schema(kind));
+      write(source / "config/presets/schemas" / (kind + ".schema.json"), tandem::config::schema(kind));
       replaceSection(text, kind);
     }
     write(page, text);

@@ -74,8 +74,13 @@ std::string textOf(const NewCommand& options) {
   const std::filesystem::path preset = config::findFile(presetOf(options), options.kind);
   const config::Mapping& table = config::tableOf(options.kind);
   const std::vector<std::string> lines = linesOf(preset, options);
-  std::string text = "# " + table.description + "\n# It began as the preset " + preset.stem().string() +
-                     ". All keys: docs/configuration.md. After each change: tandem validate FILE\n";
+  const std::filesystem::path schema =
+      (preset.parent_path().parent_path() / "schemas" / (options.kind + ".schema.json")).lexically_normal();
+  std::string text = "# " + table.description + "\n";
+  if (std::filesystem::exists(schema))  // presets in a folder of the user's have none
+    text += "# yaml-language-server: $schema=" + schema.string() + "\n";
+  text += "# It began as the preset " + preset.stem().string() +
+          ". All keys: docs/configuration.md. After each change: tandem validate FILE\n";
   for (const std::string& line : lines)
     text += line + '\n';
   return text + otherKeys(table, lines);

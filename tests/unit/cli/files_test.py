@@ -85,7 +85,7 @@ class Validate(unittest.TestCase):
         self.assertIn("found", message)
         self.assertIn("expected", message)
         self.assertIn("tubes[1]", message)
-        self.assertEqual(line, 18)
+        self.assertEqual(line, 19)
 
     def test_broken_yaml(self):
         line, _, _ = self.refused(ROBOT.replace("tubes:\n", "tubes: [\n", 1))
@@ -129,7 +129,7 @@ class CommandLine(unittest.TestCase):
             schema = json.loads(answer.stdout)
             self.assertEqual(schema["type"], "object")
             self.assertIn("tandem", schema["required"])
-            stored = system.SOURCE / "config" / "schemas" / f"{kind}.schema.json"
+            stored = system.SOURCE / "config" / "presets" / "schemas" / f"{kind}.schema.json"
             self.assertEqual(schema, json.loads(stored.read_text()))
         self.assertEqual(system.run("schema", "poem").returncode, 2)
         self.assertEqual(system.run("schema").returncode, 2)

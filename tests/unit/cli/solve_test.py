@@ -259,7 +259,7 @@ class Solve(unittest.TestCase):
                 self.assertLess(max(abs(x) for x in velocity(answer)), 1e-9, method)
 
     def test_messages_name_every_method(self):
-        schema = pathlib.Path(__file__).resolve().parents[3] / "config/schemas/experiment.schema.json"
+        schema = pathlib.Path(__file__).resolve().parents[3] / "config/presets/schemas/experiment.schema.json"
         known = json.loads(schema.read_text())["properties"]["methods"]["items"]["enum"]
         self.assertEqual(methods() + ["foreign"], known)
         for command in (["solve"], ["robot", "method"]):

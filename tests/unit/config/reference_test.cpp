@@ -82,7 +82,7 @@ TEST(FindFile, TheErrorListsThePresets) {
 
 TEST(Reference, SchemasAreThoseOfTheKeyTables) {
   for (const std::string& kind : kinds()) {
-    const auto file = std::filesystem::path(TANDEM_SOURCE) / "config/schemas" / (kind + ".schema.json");
+    const auto file = std::filesystem::path(TANDEM_SOURCE) / "config/presets/schemas" / (kind + ".schema.json");
     EXPECT_EQ(readAll(file), schema(kind)) << "run `ninja -C build/release config-reference`";
   }
 }
@@ -119,7 +119,7 @@ void compare(const nlohmann::json& root, const nlohmann::json& object, const Map
 
 TEST(Reference, SchemaFilesDescribeExactlyTheKnownKeys) {
   for (const std::string& kind : kinds()) {
-    const auto file = std::filesystem::path(TANDEM_SOURCE) / "config/schemas" / (kind + ".schema.json");
+    const auto file = std::filesystem::path(TANDEM_SOURCE) / "config/presets/schemas" / (kind + ".schema.json");
     const nlohmann::json root = nlohmann::json::parse(readAll(file));
     EXPECT_EQ(root.at("$schema"), "https://json-schema.org/draft/2020-12/schema");
     compare(root, root, tableOf(kind));

@@ -4,6 +4,7 @@ unit, or one number replaced by a text. Usage: schema_peer.py CONFIG_FOLDER"""
 import copy
 import json
 import pathlib
+import re
 import sys
 
 import jsonschema
@@ -65,7 +66,10 @@ def main():
     for preset in presets:
         document = yaml.safe_load(preset.read_text())
         kind = document["tandem"].split("/")[0]
-        schema = json.loads((config / "schemas" / f"{kind}.schema.json").read_text())
+        # The line by which editors find the schema.
+        link = re.search(r"^# yaml-language-server: \$schema=(\S+)$", preset.read_text(), re.MULTILINE)[1]
+        assert pathlib.Path(link).name == f"{kind}.schema.json", preset
+        schema = json.loads((preset.parent / link).read_text())
         jsonschema.Draft202012Validator.check_schema(schema)
         validator = jsonschema.Draft202012Validator(schema)
         validator.validate(document)
