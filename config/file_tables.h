@@ -35,7 +35,7 @@ Field robotField();
 /// JSON Schema (draft 2020-12) of a kind of file: the text of config/presets/schemas/KIND.schema.json.
 std::string schema(const std::string& kind);
 
-/// Keys of a kind of file as Markdown tables, one per mapping: a section of docs/configuration.md.
+/// Keys of a kind of file as Markdown tables, one per mapping: in docs/configuration/KIND.md.
 std::string keyTables(const std::string& kind);
 
 /// Default of a key for people: "0.88 mm", "none", "required".

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Tables of the permitted keys of each kind of file. The loaders check files against them; the JSON Schemas and
- * the key tables of docs/configuration.md are generated from them. */
+ * the key tables of docs/configuration/ are generated from them. */
 #pragma once
 
 #include <functional>

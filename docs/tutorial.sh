@@ -186,5 +186,5 @@ run 'python3 friction.py'
 picture friction 'Path of the tip for three coefficients of friction'
 
 say <<'END'
-Next: [hardware](hardware.md) for real drives, [planning](planning.md), [methods](methods.md), [Python](python.md), [all keys](configuration.md).
+Next: [hardware](hardware.md) for real drives, [planning](planning.md), [methods](methods.md), [Python](python.md), [all files and keys](configuration.md).
 END

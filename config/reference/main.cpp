@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Generator of the JSON Schemas and of the key tables in docs/configuration.md. Usage: config_reference
- * SOURCE_FOLDER. */
+/** @file Generator of the JSON Schemas and of the key tables and examples in docs/configuration/. Usage:
+ * config_reference SOURCE_FOLDER. */
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <regex>
 #include <string>
 
 #include "config/file_tables.h"
@@ -25,18 +26,30 @@ std::string read(const fs::path& file) {
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
-void replaceSection(std::string& page, const std::string& kind) {
-  const std::string begin = "<!-- keys: " + kind + " -->\n";
-  const std::string end = "<!-- end of keys -->";
-  const std::size_t from = page.find(begin);
+/// Replaces what is between the line <!-- begin --> and <!-- end of what -->.
+void replaceSection(const fs::path& file,
+                    std::string& page,
+                    const std::string& begin,
+                    const std::string& what,
+                    const std::string& text) {
+  const std::string first = "<!-- " + begin, end = "<!-- end of " + what + " -->";
+  const std::size_t from = page.find('\n', page.find(first));
   const std::size_t to = page.find(end, from);
-  if (from == std::string::npos || to == std::string::npos)
-    throw std::runtime_error("docs/configuration.md: found no section of keys for " + kind +
-                             ", expected a heading, then the line `<!-- keys: " + kind + " -->`, then the line `" +
-                             end + "`; add these lines and run this again");
-  std::string tables = "\n";
-  tables.append(tandem::config::keyTables(kind)).append("\n");
-  page.replace(from + begin.size(), to - from - begin.size(), tables);
+  if (page.find(first) == std::string::npos || to == std::string::npos)
+    throw std::runtime_error(file.string() + ": found no section, expected the lines `" + first + " -->` and `" + end +
+                             "`; add these lines and run this again");
+  page.replace(from + 1, to - from - 1, "\n" + text + "\n");
+}
+
+/// The preset that a page names in <!-- example: FOLDER/NAME -->, from its first key on.
+std::string exampleOf(const fs::path& presets, const std::string& page) {
+  static const std::regex kMarker("<!-- example: (\\S+) -->");
+  std::smatch found;
+  if (!std::regex_search(page, found, kMarker))
+    throw std::runtime_error("found no line `<!-- example: FOLDER/NAME -->`");
+  const std::string name = found[1], text = read(presets / (name + ".yaml"));
+  return "The preset `" + fs::path(name).filename().string() + "`:\n\n```yaml\n" + text.substr(text.find("tandem: ")) +
+         "```\n";
 }
 
 }  // namespace
@@ -48,13 +61,15 @@ int main(int argc, char** argv) {
   }
   try {
     const fs::path source = argv[1];
-    const fs::path page = source / "docs/configuration.md";
-    std::string text = read(page);
+    const fs::path presets = source / "config/presets";
     for (const std::string& kind : tandem::config::kinds()) {
-      write(source / "config/presets/schemas" / (kind + ".schema.json"), tandem::config::schema(kind));
-      replaceSection(text, kind);
+      write(presets / "schemas" / (kind + ".schema.json"), tandem::config::schema(kind));
+      const fs::path page = source / "docs/configuration" / (kind + ".md");
+      std::string text = read(page);
+      replaceSection(page, text, "example: ", "example", exampleOf(presets, text));
+      replaceSection(page, text, "keys: " + kind, "keys", tandem::config::keyTables(kind));
+      write(page, text);
     }
-    write(page, text);
   } catch (const std::exception& error) {
     std::cerr << "config_reference: " << error.what() << "\n";
     return 1;

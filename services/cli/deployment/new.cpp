@@ -79,8 +79,8 @@ std::string textOf(const NewCommand& options) {
   std::string text = "# " + table.description + "\n";
   if (std::filesystem::exists(schema))  // presets in a folder of the user's have none
     text += "# yaml-language-server: $schema=" + schema.string() + "\n";
-  text += "# It began as the preset " + preset.stem().string() +
-          ". All keys: docs/configuration.md. After each change: tandem validate FILE\n";
+  text += "# It began as the preset " + preset.stem().string() + ". All keys: docs/configuration/" + options.kind +
+          ".md. After each change: tandem validate FILE\n";
   for (const std::string& line : lines)
     text += line + '\n';
   return text + otherKeys(table, lines);

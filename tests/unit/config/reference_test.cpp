@@ -88,10 +88,18 @@ TEST(Reference, SchemasAreThoseOfTheKeyTables) {
 }
 
 TEST(Reference, DocumentedKeysAreThoseOfTheKeyTables) {
-  const std::string page = readAll(std::filesystem::path(TANDEM_SOURCE) / "docs/configuration.md");
+  const std::filesystem::path source = TANDEM_SOURCE;
   for (const std::string& kind : kinds()) {
+    const std::string page = readAll(source / "docs/configuration" / (kind + ".md"));
     const std::string section = "<!-- keys: " + kind + " -->\n\n" + keyTables(kind) + "\n<!-- end of keys -->";
     EXPECT_NE(page.find(section), std::string::npos) << kind << ": run `ninja -C build/release config-reference`";
+    const std::string marker = "<!-- example: ";
+    const std::size_t from = page.find(marker) + marker.size();
+    const std::string preset =
+        readAll(source / "config/presets" / (page.substr(from, page.find(' ', from) - from) + ".yaml"));
+    const std::string example =
+        "```yaml\n" + preset.substr(preset.find("tandem: " + kind)) + "```\n\n<!-- end of example -->";
+    EXPECT_NE(page.find(example), std::string::npos) << kind << ": run `ninja -C build/release config-reference`";
   }
 }
 
