@@ -2,8 +2,10 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <optional>
 
 #include "config/arm_names.h"
+#include "config/csv_header.h"
 #include "config/detail/loaders.h"
 #include "config/file_tables.h"
 
@@ -112,19 +114,48 @@ Eigen::Vector3d parseRow(const std::string& line, const std::string& file, int n
   return point;
 }
 
+/// A row of a table with a header.
+Eigen::Vector3d parseRow(const std::string& line, const CsvLayout& layout, const std::string& file, int number) {
+  const std::vector<std::string> fields = csvFields(line);
+  if (fields.size() != layout.fields)
+    throw Error(file, number, 1, "",
+                "found " + std::to_string(fields.size()) + " columns, expected the " + std::to_string(layout.fields) +
+                    " of the header");
+  Eigen::Vector3d point;
+  for (int axis = 0; axis < 3; ++axis) {
+    const CsvLayout::Place& place = layout.places[static_cast<std::size_t>(axis)];
+    const std::string& field = fields[place.field];
+    if (!parseCell(field, 0, field.size(), point[axis]))
+      throw Error(file, number, 0, "",
+                  "found '" + field.substr(0, 40) + "' in column " + std::to_string(place.field + 1) +
+                      ", expected a finite number");
+    if (place.unit != nullptr)
+      point[axis] = place.unit->toSi(point[axis]);
+  }
+  return point;
+}
+
 }  // namespace
 
 std::vector<Eigen::Vector3d> readPoints(const std::filesystem::path& file) {
   std::ifstream stream(file);
   std::vector<Eigen::Vector3d> points;
+  std::optional<CsvLayout> layout;
   std::string line;
   for (int number = 1; std::getline(stream, line); ++number) {
     if (!line.empty() && line.back() == '\r')
       line.pop_back();
-    points.push_back(parseRow(line, file.string(), number));
+    if (number == 1) {
+      const auto length = [](const char* name) { return CsvColumn{name, Quantity::kLength}; };
+      layout = readCsvHeader(line, {length("x"), length("y"), length("z")}, file.string());
+      if (layout)
+        continue;
+    }
+    points.push_back(layout ? parseRow(line, *layout, file.string(), number) : parseRow(line, file.string(), number));
   }
   if (points.empty())
-    throw Error(file.string(), 1, 1, "", "found no points, expected lines of x,y,z in m");
+    throw Error(file.string(), 1, 1, "",
+                "found no points, expected lines of x,y,z in m, or a header with units (x_mm,y_mm,z_mm)");
   return points;
 }
 

@@ -48,9 +48,37 @@ CsvRow parseRow(int line, std::string_view text, int columns) {
   return row;
 }
 
+/// A row of a table with a header.
+CsvRow parseRow(int line, const std::string& text, const config::CsvLayout& layout) {
+  const std::vector<std::string> fields = config::csvFields(text);
+  if (fields.size() != layout.fields)
+    return {line,
+            {},
+            "line " + std::to_string(line) + ": found " + std::to_string(fields.size()) + " fields, expected the " +
+                std::to_string(layout.fields) + " of the header"};
+  std::string wanted;
+  for (const config::CsvLayout::Place& place : layout.places)
+    wanted += (wanted.empty() ? "" : ",") + fields[place.field];
+  CsvRow row = parseRow(line, wanted, static_cast<int>(layout.places.size()));
+  for (std::size_t k = 0; k < row.values.size(); ++k) {
+    if (const config::Unit* unit = layout.places[k].unit)
+      row.values[k] = unit->toSi(row.values[k]);
+  }
+  return row;
+}
+
+/// Without the byte order mark that spreadsheets write.
+std::string withoutMark(const std::string& line) { return line.starts_with("\xEF\xBB\xBF") ? line.substr(3) : line; }
+
 /// The tip that follows the shape: the last task of the reference.
 const planning::TaskReference& tipTask(const Row& row) {
   return row.data.reference.tasks[static_cast<std::size_t>(row.data.reference.task_count - 1)];
+}
+
+/// The part of a joint's name in tables that stands for its arm and number: "a1", "left_1".
+std::string tubeName(const std::string& short_arm, const std::string& joint) {
+  const std::size_t number = joint.rfind('_') + 1;  // of "beta_1"; 0 where there is none
+  return (short_arm.size() == 1 ? short_arm : short_arm + '_') + joint.substr(number);
 }
 
 }  // namespace
@@ -68,32 +96,50 @@ std::string number(double value) {
 std::vector<CsvRow> readRows(std::istream& in, int columns) {
   std::vector<CsvRow> rows;
   std::string line;
+  for (int i = 1; std::getline(in, line); ++i)
+    rows.push_back(parseRow(i, i == 1 ? withoutMark(line) : line, columns));
+  return rows;
+}
+
+std::vector<CsvRow> readRows(std::istream& in, const std::vector<config::CsvColumn>& columns, const std::string& file) {
+  const int count = static_cast<int>(columns.size());
+  std::vector<CsvRow> rows;
+  std::optional<config::CsvLayout> layout;
+  std::string line;
   for (int i = 1; std::getline(in, line); ++i) {
-    if (i == 1 && line.starts_with("\xEF\xBB\xBF"))
-      line.erase(0, 3);  // spreadsheets write a byte order mark
-    rows.push_back(parseRow(i, line, columns));
+    if (i == 1) {
+      line = withoutMark(line);
+      layout = config::readCsvHeader(line, columns, file);
+      if (layout)
+        continue;
+    }
+    rows.push_back(layout ? parseRow(i, line, *layout) : parseRow(i, line, count));
   }
   return rows;
 }
 
+std::vector<std::string> jointNames(const config::Robot& robot) {
+  const std::vector<std::string> arms = config::shortArmNames(robot);
+  std::vector<std::string> names;
+  for (std::size_t k = 0; k < arms.size(); ++k) {
+    for (const std::string& joint : robot.arms[k].joint_names)
+      names.push_back(joint.substr(0, joint.rfind('_') + 1) + tubeName(arms[k], joint));
+  }
+  return names;
+}
+
 void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& robot) {
-  // beta_a1 of arm_a, beta_left_1 of left.
-  const std::vector<std::string> names = config::shortArmNames(robot);
-  std::vector<std::string> joints;
+  const std::vector<std::string> arms = config::shortArmNames(robot);
   std::vector<std::string> translations;
-  for (std::size_t k = 0; k < names.size(); ++k) {
+  for (std::size_t k = 0; k < arms.size(); ++k) {
     const config::Arm& arm = robot.arms[k];
-    const std::string letter = names[k].size() == 1 ? names[k] : names[k] + '_';
     for (int j = 0; j < arm.jointCount(); ++j) {
-      std::string name = arm.joint_names[static_cast<std::size_t>(j)];
-      const std::size_t number = name.rfind('_') + 1;  // of "beta_1"; 0 where there is none
       if (arm.limits.isTranslation(j))
-        translations.push_back(letter + name.substr(number));
-      joints.push_back(name.insert(number, letter));
+        translations.push_back(tubeName(arms[k], arm.joint_names[static_cast<std::size_t>(j)]));
     }
   }
   out << "point,iteration";
-  for (const std::string& joint : joints)
+  for (const std::string& joint : jointNames(robot))
     out << ',' << joint;
   out << ",target_x,target_y,target_z,err_ab,err_a,scale_ab,scale_a,active_limits,solver_iterations,gate_actions";
   for (const std::string& t : translations)

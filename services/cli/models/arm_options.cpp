@@ -40,6 +40,18 @@ std::vector<double> poseNumbers(const Eigen::Isometry3d& pose) {
   return {p.x(), p.y(), p.z(), q.x(), q.y(), q.z(), q.w()};
 }
 
+std::vector<config::CsvColumn> jointColumns(const config::Arm& arm, const std::string& prefix, bool end_angles) {
+  std::vector<config::CsvColumn> columns;
+  for (int j = 0; j < arm.jointCount(); ++j) {
+    const bool translation = arm.limits.isTranslation(j);
+    std::string name = arm.joint_names[static_cast<std::size_t>(j)];
+    if (end_angles && !translation)
+      name.replace(0, std::string("alpha").size(), "theta");
+    columns.push_back({prefix + name, translation ? config::Quantity::kLength : config::Quantity::kAngle});
+  }
+  return columns;
+}
+
 std::string refusal(const config::Arm& arm, const experiments::CsvRow& row) {
   if (!row.error.empty())
     return row.error;

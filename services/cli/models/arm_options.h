@@ -23,6 +23,12 @@ Eigen::VectorXd numbersOf(const std::string& option, const std::string& text, in
 /// x, y, z, then the unit quaternion qx, qy, qz, qw.
 std::vector<double> poseNumbers(const Eigen::Isometry3d& pose);
 
+/// Columns of an arm's joints in a table. @param prefix  of their names: "arm_a."  @param end_angles  theta_i, not
+/// alpha_i
+std::vector<config::CsvColumn> jointColumns(const config::Arm& arm,
+                                            const std::string& prefix = "",
+                                            bool end_angles = false);
+
 /// Why a row of joints cannot be answered: a bad row, or joints outside the robot's limits; empty if it can.
 std::string refusal(const config::Arm& arm, const experiments::CsvRow& row);
 

@@ -195,19 +195,22 @@ int runFk(const FkCommand& options) {
   const config::Arm& arm = armOf(robot, options.arm);
   checkFk(options, !arm.model.tubes.empty());
   Answerer answerer(options, robot, arm);
-  const auto input = openInput(options.csv);
   Table table(std::cout, header(options, arm), options.json);
-  const bool answered =
-      answerRows(options, *input, arm.jointCount(), std::bind_front(&Answerer::answer, &answerer), table);
+  const bool answered = answerRows(options, jointColumns(arm, "", options.end_angles),
+                                   std::bind_front(&Answerer::answer, &answerer), table);
   return answered && answerer.allOk() ? kOk : kFailure;
 }
 
 }  // namespace
 
-bool answerRows(const FkOptions& options, std::istream& input, int columns, const AnswerRow& answer, Table& table) {
+bool answerRows(const FkOptions& options,
+                const std::vector<config::CsvColumn>& columns,
+                const AnswerRow& answer,
+                Table& table) {
+  const auto input = openInput(options.csv);
   bool all = true;
   int index = 0;
-  for (const experiments::CsvRow& row : experiments::readRows(input, columns)) {
+  for (const experiments::CsvRow& row : experiments::readRows(*input, columns, options.csv)) {
     const std::string why = answer(row, ++index, table);
     if (why.empty())
       continue;

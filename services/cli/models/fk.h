@@ -23,7 +23,11 @@ struct FkOptions {
 using AnswerRow = std::function<std::string(const experiments::CsvRow& row, int index, Table& table)>;
 /// Answers all rows of a file; one without an answer has blanks and the reason, and among points of a shape its number.
 /// @return whether all have an answer
-bool answerRows(const FkOptions& options, std::istream& input, int columns, const AnswerRow& answer, Table& table);
+/// @param columns  joints of a row
+bool answerRows(const FkOptions& options,
+                const std::vector<config::CsvColumn>& columns,
+                const AnswerRow& answer,
+                Table& table);
 
 /// Forward kinematics of a catheter of a cooperative robot: rows of insertion (m), roll, bend (rad).
 /// @throw Failure(kUsage) for an option that a catheter does not have.

@@ -127,11 +127,11 @@ int catheterFk(const FkOptions& options, const std::filesystem::path& file) {
   const bool elastic = options.model == "compliant" || options.model == "cosserat";
   checkCatheter(options, elastic);
   const config::CooperativeRobot robot = config::loadCooperative(file);
+  static const std::vector<config::CsvColumn> kColumns{
+      {"insertion", config::Quantity::kLength}, {"roll", config::Quantity::kAngle}, {"bend", config::Quantity::kAngle}};
   CatheterAnswerer answerer(options, armOf(robot, options.arm), elastic);
-  const auto input = openInput(options.csv);
   Table table(std::cout, catheterHeader(options), options.json);
-  const bool answered =
-      answerRows(options, *input, catheter::kJoints, std::bind_front(&CatheterAnswerer::answer, &answerer), table);
+  const bool answered = answerRows(options, kColumns, std::bind_front(&CatheterAnswerer::answer, &answerer), table);
   return answered && answerer.allOk() ? kOk : kFailure;
 }
 

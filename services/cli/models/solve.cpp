@@ -55,11 +55,25 @@ class Stepper {
         parse("--method", options.method, idl::fromName<control::Method>(options.method), control::methodList());
     resolver_ = control::makeResolver(method, parameters(options, robot));
     problem_.setLimits(robot_.limits().data(), arms_);
+    const std::vector<std::string> names = experiments::jointNames(robot);
+    for (int k = 0, all = 0; k < arms_; ++k) {
+      for (int j = 0; j < robot_.size(k); ++j)
+        columns_.push_back({names[static_cast<std::size_t>(all++)],
+                            robot_.limits()[static_cast<std::size_t>(k)]->isTranslation(j) ? config::Quantity::kLength
+                                                                                           : config::Quantity::kAngle});
+    }
+    for (const char* task : {"v_ab", "v_a"}) {
+      if (arms_ == 1 && std::string(task) == "v_ab")
+        continue;
+      for (const char* axis : {"_x", "_y", "_z"})
+        columns_.push_back({std::string(task) + axis, config::Quantity::kSpeed});
+    }
   }
 
   int joints() const { return problem_.joint_count; }
   int tasks() const { return arms_; }
-  int columns() const { return joints() + 3 * tasks(); }
+  /// Joints, then the velocities of the tasks.
+  std::vector<config::CsvColumn> columns() const { return columns_; }
 
   SolvedRow answer(const experiments::CsvRow& row) {
     if (!row.error.empty())
@@ -101,6 +115,7 @@ class Stepper {
   robots::RobotModel robot_;
   std::vector<std::string> names_;
   int arms_;
+  std::vector<config::CsvColumn> columns_;
   std::unique_ptr<control::Resolver> resolver_;
   control::StepProblem problem_;
   control::Solution solution_;
@@ -127,7 +142,7 @@ int runSolve(const SolveCommand& options) {
   }
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   bool all = true;
-  for (const experiments::CsvRow& row : experiments::readRows(*input, stepper.columns())) {
+  for (const experiments::CsvRow& row : experiments::readRows(*input, stepper.columns(), options.csv)) {
     const SolvedRow answer = stepper.answer(row);
     all = all && answer.status == "ok";
     nlohmann::ordered_json object;

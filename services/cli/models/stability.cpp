@@ -96,7 +96,7 @@ int runRows(const StabilityCommand& options, const config::Arm& arm) {
   const CompliantModel model(arm.model);
   const int n = arm.model.tubeCount();
   const auto input = openInput(options.csv);
-  const std::vector<experiments::CsvRow> rows = experiments::readRows(*input, 2 * n);
+  const std::vector<experiments::CsvRow> rows = experiments::readRows(*input, jointColumns(arm), options.csv);
   std::vector<std::string> names{"stability",     "stability_at",  "conjugate_points",
                                  "rotation_left", "rotation_tube", "rotation_sense"};
   append(names, numbered("d_beta", n));

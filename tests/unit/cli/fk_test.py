@@ -272,6 +272,41 @@ class CompliantTubes(unittest.TestCase):
             self.assertIn(reason, answer.stderr + answer.stdout, options)
 
 
+class Headers(unittest.TestCase):
+    """A header names columns in any order, with units, among others: the answers are those of the same rows in SI."""
+
+    def test_random_orders_and_units(self):
+        rng = system.seeded(self)
+        units = [{"": 1.0, "_m": 1.0, "_mm": 1e-3}] * 3 + [{"": 1.0, "_rad": 1.0, "_deg": math.pi / 180}] * 3
+        names = ["beta_1", "beta_2", "beta_3", "alpha_1", "alpha_2", "alpha_3"]
+        for _ in range(5):
+            rows = [tubes.random_joints(rng) for _ in range(3)]
+            order = rng.sample(range(7), 7)  # 6: a column of text
+            chosen = [rng.choice(list(each.items())) for each in units]
+            lines = [",".join(names[k] + chosen[k][0] if k < 6 else "note" for k in order)]
+            for row in rows:
+                lines.append(",".join(repr(row[k] / chosen[k][1]) if k < 6 else "a text" for k in order))
+            answers, _, code = fk("\n".join(lines) + "\n")
+            plain, _, _ = fk(rows)
+            self.assertEqual(code, 0, answers)
+            for answer, expected in zip(answers, plain):
+                for a, b in zip(numbers(answer, POSE), numbers(expected, POSE)):
+                    self.assertAlmostEqual(a, b, delta=1e-12, msg=lines[0])
+
+    def test_wrong_headers(self):
+        good = "beta_1_mm,beta_2,beta_3,alpha_1,alpha_2,alpha_3"
+        for header, says in ((good.replace("beta_1_mm", "beta_1_deg"), "found no column beta_1 in 'beta_1_deg"),
+                             (good.replace(",alpha_3", ""), "expected alpha_3_deg, alpha_3_rad"),
+                             (good + ",beta_1", "found column beta_1 twice")):
+            answer = system.run("fk", "--csv", "-", text=header + "\n0,0,0,0,0,0,0\n")
+            self.assertEqual(answer.returncode, 2, answer.stdout)
+            self.assertIn(says, answer.stderr)
+        answers, _, code = fk(good + "\n-100,-0.08,-0.05,0,0\n-100,-0.08,-0.05,0,0,nought\n")
+        self.assertEqual(code, 1)
+        self.assertIn("line 2: found 5 fields; expected the 6 of the header", answers[0]["status"])
+        self.assertIn("line 3 column 6: found 'nought'; expected a number", answers[1]["status"])
+
+
 class BadRows(unittest.TestCase):
     GOOD = "-0.1,-0.08,-0.05,0.785,0.785,0.785"
 

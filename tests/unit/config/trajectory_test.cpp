@@ -279,6 +279,13 @@ TEST(Trajectory, CsvBecomesWaypoints) {
   expectSame(parseTrajectoryText(formatTrajectory(loadTrajectory(file))).shape, loadTrajectory(file).shape);
 }
 
+TEST(Trajectory, CsvMayNameItsColumnsAndUnits) {
+  const Folder folder;
+  folder.write("points.csv", "name, z_mm ,x_mm,y\na,-1,1,0\nb,0, 2 ,5e-4\r\n");
+  const auto file = folder.write("t.yaml", around("csv: {file: points.csv}"));
+  expectSame(loadTrajectory(file).shape, planning::Waypoints{{{1e-3, 0, -1e-3}, {2e-3, 5e-4, 0}}, false});
+}
+
 TEST(Trajectory, BadCsvIsRefusedAtItsLine) {
   const Folder folder;
   const auto file = folder.write("t.yaml", around("csv: {file: points.csv}"));
@@ -286,7 +293,10 @@ TEST(Trajectory, BadCsvIsRefusedAtItsLine) {
       {"", 1, 1, "found no points"},
       {"0,0,0\n1,2\n", 2, 1, "found 2 columns, expected three"},
       {"0,0,0\n1,2,3,4\n", 2, 7, "found '4' in column 4, expected three columns"},
-      {"x,y,z\n0,0,0\n", 1, 1, "found 'x' in column 1, expected a finite number in m"},
+      {"x,y,y,z\n0,0,0,0\n", 1, 1, "found column y twice"},
+      {"x,y,z_deg\n0,0,0\n", 1, 1, "found no column z in 'x,y,z_deg', expected z_mm"},
+      {"x,y,z\n0,0\n", 2, 1, "found 2 columns, expected the 3 of the header"},
+      {"x,y,z\n0,0,?\n", 2, 0, "found '?' in column 3"},
       {"0,0,0\n0,nan,0\n", 2, 3, "found 'nan' in column 2"},
       {"0,0,0\n0,,0\n", 2, 3, "found '' in column 2"},
       {"0,0,0\n\n", 2, 1, "found '' in column 1"},
