@@ -13,7 +13,7 @@ import pathlib
 import sys
 
 import numpy as np
-from style import ARMS, TUBES, Sheet, add_options, equal_space, legend_below, log_axis, plt
+from style import ARMS, TUBES, add_options, equal_space, legend_below, log_axis, plt, run
 
 JOINTS_PER_ARM = 8  # in arrays over all joints
 STATES = ["DISABLED", "ENABLED", "PAUSED", "FAULT"]
@@ -183,15 +183,17 @@ def main():
     parser.add_argument("--arms", default="")
     parser.add_argument("--joints", default="")
     add_options(parser, folder=True)
-    arguments = parser.parse_args()
-    sheet = Sheet(arguments)
+    return run("recording_figures.py", draw, parser.parse_args())
+
+
+def draw(arguments, sheet):
+    """The standard figures; the files written."""
     arms = [name for name in arguments.arms.split(",") if name]
     counts = [int(number) for number in arguments.joints.split(",") if number]
-    for draw in (joints, tracking, timing, tips, states):
-        figure = draw(arguments.csv, arms, counts, sheet)
+    for each in (joints, tracking, timing, tips, states):
+        figure = each(arguments.csv, arms, counts, sheet)
         if figure:
-            print(sheet.save(figure, arguments.figures / f"{draw.__name__}.{sheet.format}"))
-    return 0
+            yield sheet.save(figure, arguments.figures / f"{each.__name__}.{sheet.format}")
 
 
 if __name__ == "__main__":

@@ -121,7 +121,10 @@ std::string plainName(const std::string& name) {
 }
 
 void exportCsv(const ExportSet& set, const std::filesystem::path& folder) {
-  std::filesystem::create_directories(folder);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error)
+    throw std::runtime_error(folder.string() + ": cannot be created: " + error.message());
   for (const Table& table : set.tables)
     write(table, set.start, folder / (plainName(table.topic) + ".csv"));
   if (set.aligned)

@@ -108,7 +108,7 @@ int runNew(const NewCommand& options) {
   }
   std::ofstream stream(file);
   if (!(stream << text << std::flush))
-    throw Failure(kFailure, file + ": cannot be written");
+    client::failToWrite(kFailure, file);
   const std::string summary = config::validate(file).text;
   answer(file + ": " + summary + "\nedit it, then: tandem validate " + file + "; " + nextStep(options, file),
          {{"file", file}, {"kind", options.kind}, {"summary", summary}});

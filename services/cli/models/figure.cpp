@@ -26,6 +26,22 @@ std::string checkEnding(const std::string& path) {
   return "found '" + path + "', expected a file that ends in .png, .pdf or .svg";
 }
 
+/// Runs Debian's Python; what it prints goes to stderr. @return whether it ended with 0
+bool runPython(const std::vector<std::string>& arguments) {
+  std::vector<const char*> command{"python3"};
+  for (const std::string& argument : arguments)
+    command.push_back(argument.c_str());
+  command.push_back(nullptr);
+  const pid_t pid = fork();
+  if (pid == 0) {
+    dup2(STDERR_FILENO, STDOUT_FILENO);
+    execv("/usr/bin/python3", const_cast<char* const*>(command.data()));
+    _exit(127);
+  }
+  int status = 0;
+  return pid > 0 && waitpid(pid, &status, 0) == pid && status == 0;
+}
+
 }  // namespace
 
 CLI::Option* addFigureOption(CLI::App& command, FigureOptions& options, const std::string& description) {
@@ -48,22 +64,14 @@ void drawFigures(const std::string& script, std::vector<std::string> arguments, 
   for (const std::string& argument :
        {std::string("--width"), std::to_string(options.columns), std::string("--dpi"), std::to_string(options.dpi)})
     arguments.push_back(argument);
-  const std::string path = shareFile("experiments/" + script);
-  std::vector<const char*> command{"python3", path.c_str()};
-  for (const std::string& argument : arguments)
-    command.push_back(argument.c_str());
-  command.push_back(nullptr);
-  const pid_t pid = fork();
-  if (pid == 0) {
-    dup2(STDERR_FILENO, STDOUT_FILENO);
-    execv("/usr/bin/python3", const_cast<char* const*>(command.data()));
-    _exit(127);
-  }
-  int status = 0;
-  if (pid < 0 || waitpid(pid, &status, 0) != pid || status != 0)
+  arguments.insert(arguments.begin(), shareFile("experiments/" + script));
+  if (runPython(arguments))
+    return;
+  if (!runPython({"-c", "import importlib.util as i; exit(not (i.find_spec('matplotlib') and i.find_spec('numpy')))"}))
     throw Failure(
         kFailure,
-        "the figures could not be drawn; they need python3-matplotlib and python3-numpy: deploy/run.sh --with figures");
+        "figures need python3-matplotlib and python3-numpy, which are not found: deploy/run.sh --with figures");
+  throw Failure(kFailure, "the figures could not be drawn, for the reason above");
 }
 
 }  // namespace tandem::cli

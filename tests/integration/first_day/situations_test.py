@@ -28,7 +28,9 @@ class Situations(system.SystemTest):
         other.write_text("\n".join(f"robot: {robot}" if line.startswith("robot:") else line for line in path.read_text().splitlines()))
         self.trajectory("third", [5, 0, 0], tasks="[{tip: c}]")
         self.trajectory("hasty", [0, 40, 0], points=4, following="timed", speed_mm_per_s=400, acceleration_mm_per_s2=10000)
-        self.names = {"D": path, "OTHER": other, "FOLDER": self.folder}
+        self.names = {"D": path, "OTHER": other, "FOLDER": self.folder,
+                      "RECORDING": system.SOURCE / "tests" / "archive" / "5e7986a" / "recordings" / "lock-step.mcap"}
+        (self.folder / "a-file").touch()
         for case in TABLE["without_a_system"]:
             with self.subTest(command=case["command"]):
                 self.refused(case)

@@ -234,6 +234,20 @@ class Figures(unittest.TestCase):
         self.assertIn("few.jpg', expected a file that ends in .png, .pdf or .svg", answer.stderr)
         self.assertFalse((self.folder / "few.jpg").exists())
 
+    def test_what_is_missing_is_named(self):
+        stand_in = self.folder / "modules"
+        stand_in.mkdir()
+        (stand_in / "sitecustomize.py").write_text("import sys\nsys.modules['matplotlib'] = None\n")
+        answer = system.run("show", "ark2024", "--figure", self.folder / "x.png", environment={"PYTHONPATH": str(stand_in)})
+        self.assertEqual(answer.returncode, 1)
+        self.assertIn("figures need python3-matplotlib", answer.stderr)
+        (self.folder / "a-file").touch()
+        answer = system.run("show", "ark2024", "--figure", self.folder / "a-file" / "x.png")
+        self.assertEqual(answer.returncode, 1)
+        self.assertNotIn("matplotlib", answer.stderr)
+        self.assertNotIn("Traceback", answer.stderr)
+        self.assertIn("a-file", answer.stderr)
+
     def test_each_method_has_its_own_colour_line_and_marker(self):
         import style
         self.assertEqual(set(style.METHODS), {*METHODS, "foreign"})
