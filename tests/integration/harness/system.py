@@ -190,7 +190,7 @@ class Watcher:
         called = time.monotonic_ns()
 
         def fresh():
-            stamps = self._last["stamps_ns"] if self._last is not None else {}
+            stamps = self._last.get("stamps_ns") if self._last is not None else {}
             return bool(stamps) and min(stamp for part, stamp in stamps.items() if parts is None or part in parts) > called
 
         with self._changed:
@@ -266,7 +266,7 @@ class System:
                 raise AssertionError(f"`tandem up` ended without saying '{name}'; it said {self.events}")
             event = {**json.loads(line), "at": at}
             self.events.append(event)
-            if event["event"] == name:
+            if event.get("event") == name:  # a refusal has none
                 return event
 
     def end_watch(self):

@@ -153,11 +153,13 @@ class RealTime(Recording):
                              preexec=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
         while record.last["event"] != "failed":
             record.event()
+        failed = record.last
         code, last, errors = record.end(sign=None)
-        self.assertEqual(code, 1)
+        self.assertEqual((code, last["exit"]), (1, 1))
+        self.assertRegex(last["error"]["message"], "full.mcap: cannot be written")
         self.assertRegex(errors, "full.mcap: cannot be written.*File too large.*; the part written before is complete")
         self.assertLessEqual(record.file.stat().st_size, limit)
-        self.assertEqual(self.info(record.file)["messages"], last["messages"])
+        self.assertEqual(self.info(record.file)["messages"], failed["messages"])
 
     def rotation(self):
         record = self.record(self.system.path, "part.mcap", "--split-s", 1, "-t", "actuation/*", "hal/status")
