@@ -43,9 +43,9 @@ void replaceSection(const fs::path& file,
 
 /// The preset that a page names in <!-- example: FOLDER/NAME -->, from its first key on.
 std::string exampleOf(const fs::path& presets, const std::string& page) {
-  static const std::regex kMarker("<!-- example: (\\S+) -->");
+  static const std::regex marker("<!-- example: (\\S+) -->");
   std::smatch found;
-  if (!std::regex_search(page, found, kMarker))
+  if (!std::regex_search(page, found, marker))
     throw std::runtime_error("found no line `<!-- example: FOLDER/NAME -->`");
   const std::string name = found[1], text = read(presets / (name + ".yaml"));
   return "The preset `" + fs::path(name).filename().string() + "`:\n\n```yaml\n" + text.substr(text.find("tandem: ")) +
