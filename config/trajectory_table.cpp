@@ -77,14 +77,15 @@ const Mapping kWaypointsTable{"waypoints",
                                        &planning::Waypoints::absolute),
                               }};
 
-const Mapping kCsvTable{"csv",
-                        "Polyline through the points of a file: lines `x,y,z` in m, no header.",
-                        {
-                            text("file", "path, relative to the folder of this file").required(),
-                            flag("absolute",
-                                 "points in the robot base frame instead of offsets from the start",
-                                 &planning::Waypoints::absolute),
-                        }};
+const Mapping kCsvTable{
+    "csv",
+    "Polyline through the points of a file: lines `x,y,z` in m, or with a header that names units (`x_mm,y_mm,z_mm`).",
+    {
+        text("file", "path, relative to the folder of this file").required(),
+        flag("absolute",
+             "points in the robot base frame instead of offsets from the start",
+             &planning::Waypoints::absolute),
+    }};
 
 const Mapping kShapeTable{"shape",
                           "Exactly one of these.",

@@ -13,7 +13,7 @@ namespace {
 
 /// Examples by the words of the command; docs/... and tests read them from --help.
 const std::map<std::string, std::vector<std::string>>& examples() {
-  static const std::map<std::string, std::vector<std::string>> kExamples{
+  static const std::map<std::string, std::vector<std::string>> table{
       {"up", {"tandem up laptop", "tandem up lab.yaml --for 60"}},
       {"experiment", {"tandem experiment table3 --csv results/csv --figures results/figures"}},
       {"robot enable", {"tandem robot enable"}},
@@ -86,7 +86,7 @@ const std::map<std::string, std::vector<std::string>>& examples() {
         "tandem new trajectory eight -o eight.yaml"}},
       {"completion", {"echo 'eval \"$(tandem completion)\"' >> ~/.bashrc"}},
   };
-  return kExamples;
+  return table;
 }
 
 /// Calls f(command, words) for the commands below `app`, those with subcommands after these.

@@ -195,7 +195,7 @@ int runFk(const FkCommand& options) {
   const config::Arm& arm = armOf(robot, options.arm);
   checkFk(options, !arm.model.tubes.empty());
   Answerer answerer(options, robot, arm);
-  Table table(std::cout, header(options, arm), options.json);
+  Table table(std::cout, header(options, arm), options.json, options.millimetres);
   const bool answered = answerRows(options, jointColumns(arm, "", options.end_angles),
                                    std::bind_front(&Answerer::answer, &answerer), table);
   return answered && answerer.allOk() ? kOk : kFailure;
@@ -252,11 +252,13 @@ void registerFk(CLI::App& app, int& exit_code) {
   fk->add_option("-s,--shape", options->shape, "print N backbone points per input row instead of the tip")
       ->check(CLI::Range(2, 10000));
   fk->add_flag("--shape-details", options->shape_details, "add the points' curvature and the tubes' torsional moments");
-  fk->add_option(
-        "--csv", options->csv,
-        "rows beta_1..beta_n,alpha_1..alpha_n (of a catheter insertion,roll,bend) in m and rad, without header; - is "
-        "standard input")
+  fk->add_option("--csv", options->csv,
+                 "rows beta_1..beta_n,alpha_1..alpha_n (of a catheter insertion,roll,bend) in m and rad, or with a "
+                 "header that names units (beta_1_mm); - is "
+                 "standard input")
       ->capture_default_str();
+  fk->add_flag("--mm", options->millimetres,
+               "places in mm and angles in degrees, with names that say so: x_mm, psi_1_deg");
   fk->add_flag("--json", options->json, "JSON instead of CSV");
   fk->footer("Each row is solved independently unless --follow is given. Exit code 1: a row has no stable solution.");
   fk->callback([options, &exit_code] { guarded(exit_code, [&] { return runFk(*options); }); });

@@ -15,7 +15,7 @@ namespace tandem::cli {
 struct FkOptions {
   std::string robot = "ark2024", arm = "a", model = "rigid", csv = "-", wrench;
   bool jacobian = false, compliance = false, branch = false, follow = false, end_angles = false;
-  bool shape_details = false, json = false;
+  bool shape_details = false, json = false, millimetres = false;
   int shape = 0;
 };
 

@@ -127,11 +127,11 @@ int catheterFk(const FkOptions& options, const std::filesystem::path& file) {
   const bool elastic = options.model == "compliant" || options.model == "cosserat";
   checkCatheter(options, elastic);
   const config::CooperativeRobot robot = config::loadCooperative(file);
-  static const std::vector<config::CsvColumn> kColumns{
+  static const std::vector<config::CsvColumn> columns{
       {"insertion", config::Quantity::kLength}, {"roll", config::Quantity::kAngle}, {"bend", config::Quantity::kAngle}};
   CatheterAnswerer answerer(options, armOf(robot, options.arm), elastic);
-  Table table(std::cout, catheterHeader(options), options.json);
-  const bool answered = answerRows(options, kColumns, std::bind_front(&CatheterAnswerer::answer, &answerer), table);
+  Table table(std::cout, catheterHeader(options), options.json, options.millimetres);
+  const bool answered = answerRows(options, columns, std::bind_front(&CatheterAnswerer::answer, &answerer), table);
   return answered && answerer.allOk() ? kOk : kFailure;
 }
 

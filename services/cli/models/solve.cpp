@@ -179,9 +179,9 @@ void registerSolve(CLI::App& app, int& exit_code) {
   solve->add_option("-z,--zeta", options->zeta, "zeta of (7) or (8) (default: the robot file's)")
       ->check(client::kPositive);
   solve
-      ->add_option(
-          "--csv", options->csv,
-          "rows q_a(6),q_b(6),v_ab(3),v_a(3) in SI, of one arm q_a(6),v_a(3), without header; - is standard input")
+      ->add_option("--csv", options->csv,
+                   "rows q_a(6),q_b(6),v_ab(3),v_a(3) in SI, of one arm q_a(6),v_a(3), or with a header (docs/csv.md); "
+                   "- is standard input")
       ->capture_default_str();
   solve->add_flag("--json", options->json, "JSON instead of CSV");
   solve->callback([options, &exit_code] { guarded(exit_code, [&] { return runSolve(*options); }); });

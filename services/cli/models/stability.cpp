@@ -223,7 +223,8 @@ void registerStability(CLI::App& app, int& exit_code) {
   command->add_option("-a,--arm", options->arm, "name of the arm, with or without the prefix arm_")
       ->capture_default_str();
   command->add_option("-q,--joints", options->joints, "beta_1,..,beta_n,alpha_1,..,alpha_n, m and rad (default: home)");
-  command->add_option("--csv", options->csv, "CSV file of joint vectors, without header; - is standard input");
+  command->add_option("--csv", options->csv,
+                      "CSV file of joint vectors, in SI or with a header that names units; - is standard input");
   command->add_flag("--map", options->map, "a map over rotations relative to tube 1, from -180 to 180 degrees");
   command->add_option("--beta", options->beta, "translations beta_1,..,beta_n of the map, m (default: those of home)");
   command->add_option("--tubes", options->tubes, "the one or two tubes that the map turns (default: 2,3)");

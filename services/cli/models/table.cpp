@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/cli/models/table.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <ostream>
 
 #include "experiments/csv.h"
@@ -9,8 +11,26 @@
 
 namespace tandem::cli {
 
-Table::Table(std::ostream& out, std::vector<std::string> names, bool json)
+namespace {
+
+constexpr double kMillimetres = 1e3, kDegreesOfTables = 180.0 / std::numbers::pi;
+
+/// Factor from SI to mm or degrees for what a column has; 1 for others. Ends their names with the unit.
+double toMillimetres(std::string& name) {
+  const auto is = [&](std::initializer_list<const char*> all) { return std::ranges::find(all, name) != all.end(); };
+  const auto begins = [&](const char* start) { return name.starts_with(start); };
+  const bool length = is({"x", "y", "z", "s", "stability_at"});
+  const bool angle = begins("alpha_") || begins("theta_") || begins("psi_");
+  name += length ? "_mm" : angle ? "_deg" : "";
+  return length ? kMillimetres : angle ? kDegreesOfTables : 1.0;
+}
+
+}  // namespace
+
+Table::Table(std::ostream& out, std::vector<std::string> names, bool json, bool millimetres)
     : out_(out), names_(std::move(names)), json_(json) {
+  for (std::string& name : names_)
+    factors_.push_back(millimetres ? toMillimetres(name) : 1.0);
   if (json_)
     return;
   for (const std::string& name : names_)
@@ -22,13 +42,13 @@ void Table::add(const std::vector<double>& numbers, const std::string& status) {
   if (json_) {
     nlohmann::ordered_json object;
     for (std::size_t i = 0; i < numbers.size(); ++i)
-      object[names_[i]] = numbers[i];
+      object[names_[i]] = factors_[i] * numbers[i];
     object["status"] = status;
     rows_.push_back(object);
     return;
   }
   for (std::size_t i = 0; i < names_.size(); ++i)
-    out_ << (numbers.empty() ? "" : experiments::number(numbers[i])) << ',';
+    out_ << (numbers.empty() ? "" : experiments::number(factors_[i] * numbers[i])) << ',';
   out_ << statusField(status) << '\n';
 }
 

@@ -13,8 +13,9 @@ namespace tandem::cli {
 class Table {
  public:
   /// Writes the header of a CSV. @param names of the columns before `status`
-  Table(std::ostream& out, std::vector<std::string> names, bool json);
-  /// A row; without numbers their fields stay empty. NaN is an empty field, or null.
+  /// @param millimetres  places, arc lengths and angles in mm and degrees, with names that say so ("x_mm", "psi_1_deg")
+  Table(std::ostream& out, std::vector<std::string> names, bool json, bool millimetres = false);
+  /// A row, SI; without numbers their fields stay empty. NaN is an empty field, or null.
   void add(const std::vector<double>& numbers, const std::string& status);
   /// Ends the output. @return false where it could not be written.
   bool finish();
@@ -24,6 +25,7 @@ class Table {
  private:
   std::ostream& out_;
   std::vector<std::string> names_;
+  std::vector<double> factors_;  ///< of the columns, to what is written
   bool json_;
   nlohmann::ordered_json rows_ = nlohmann::ordered_json::array();
 };

@@ -272,6 +272,26 @@ class CompliantTubes(unittest.TestCase):
             self.assertIn(reason, answer.stderr + answer.stdout, options)
 
 
+class Millimetres(unittest.TestCase):
+    def test_places_and_angles_of_all_tables(self):
+        rng = system.seeded(self)
+        rows = [compliant_tubes.random_overlap(rng) for _ in range(3)]
+        for options in (["--jacobian"], ["--model", "compliant", "--branch"], ["--model", "compliant", "--end-angles"],
+                        ["--shape", "7"]):
+            plain, names, _ = fk(rows, *options)
+            answers, said, _ = fk(rows, *options, "--mm")
+            self.assertEqual(len(said), len(names))
+            for row, expected in zip(answers, plain):
+                for mine, name in zip(said, names):
+                    if name == "status" or not expected[name]:
+                        self.assertEqual(row[mine], expected[name])
+                        continue
+                    factor = {"_mm": 1e3, "_deg": 180 / math.pi, "": 1.0}[mine.removeprefix(name)]
+                    self.assertAlmostEqual(float(row[mine]), factor * float(expected[name]), delta=1e-9 * (1 + abs(float(row[mine]))))
+            self.assertTrue({"x_mm", "y_mm", "z_mm"} <= set(said), said)
+            self.assertEqual([name for name in said if name.startswith(("alpha", "theta", "psi")) and "_deg" not in name], [])
+
+
 class Headers(unittest.TestCase):
     """A header names columns in any order, with units, among others: the answers are those of the same rows in SI."""
 
