@@ -74,10 +74,10 @@ TEST(AnyRobot, LoadTubesRefusesOtherRobotsAndNamesTheDeployment) {
   EXPECT_EQ(loadTubes(tubes, "why").name, "ark2024");
   const Deployment catheters = loadDeployment(presets() / "deployments/ablation-pair.yaml");
   const std::string refusal = refusalOf([&] { loadTubes(catheters, "this is why"); });
-  EXPECT_NE(refusal.find(
-                "ablation-pair.yaml: robot: found the cooperative robot of ablation-pair.yaml, expected concentric "
-                "tubes: this is why"),
-            std::string::npos)
+  EXPECT_NE(
+      refusal.find("ablation-pair.yaml: robot: found the cooperative robot of ablation-pair.yaml, expected concentric "
+                   "tubes: this is why"),
+      std::string::npos)
       << refusal;
 }
 
