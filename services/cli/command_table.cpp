@@ -11,7 +11,7 @@
 namespace tandem::cli {
 namespace {
 
-/// Examples by the words of the command; docs/... and tests read them from --help.
+/// Examples by the words of the command. Tests and the manual pages take them from --help.
 const std::map<std::string, std::vector<std::string>>& examples() {
   static const std::map<std::string, std::vector<std::string>> table{
       {"up", {"tandem up laptop", "tandem up lab.yaml --for 60"}},

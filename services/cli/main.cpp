@@ -64,13 +64,7 @@ int refuseLine(const CLI::App& app, const CLI::ParseError& error, const std::vec
   return kUsage;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  CLI::App app("Tandem: cooperating continuum robots over DDS. Research software, not for clinical use.", "tandem");
-  app.require_subcommand(1);
-  app.set_version_flag("--version", tandem::cli::versionText());
-  int exit_code = tandem::cli::kOk;
+void addCommands(CLI::App& app, int& exit_code) {
   using namespace tandem::cli;
   tandem::client::addRoleOption(app);
   tandem::runtime::addPlaceOptions(app);
@@ -95,6 +89,17 @@ int main(int argc, char** argv) {
       "  tandem teleop --enable            ... or teleoperate the tips\n"
       "  tandem status                     ... and watch\n"
       "Every subcommand has --help.");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Tandem: cooperating continuum robots over DDS. Research software, not for clinical use.", "tandem");
+  app.require_subcommand(1);
+  app.set_version_flag("--version", tandem::cli::versionText());
+  int exit_code = tandem::cli::kOk;
+  using namespace tandem::cli;
+  addCommands(app, exit_code);
   const std::vector<std::string> words(argv + 1, argv + argc);
   if (answerHidden(app, words))
     return kOk;

@@ -13,7 +13,7 @@ namespace tandem::cli {
 
 namespace {
 
-constexpr double kMillimetres = 1e3, kDegreesOfTables = 180.0 / std::numbers::pi;
+constexpr double kMillimetresPerMetre = 1e3, kDegreesPerRadian = 180.0 / std::numbers::pi;
 
 /// Factor from SI to mm or degrees for what a column has; 1 for others. Ends their names with the unit.
 double toMillimetres(std::string& name) {
@@ -22,7 +22,7 @@ double toMillimetres(std::string& name) {
   const bool length = is({"x", "y", "z", "s", "stability_at"});
   const bool angle = begins("alpha_") || begins("theta_") || begins("psi_");
   name += length ? "_mm" : angle ? "_deg" : "";
-  return length ? kMillimetres : angle ? kDegreesOfTables : 1.0;
+  return length ? kMillimetresPerMetre : angle ? kDegreesPerRadian : 1.0;
 }
 
 }  // namespace
