@@ -4,8 +4,6 @@
 #include <array>
 #include <cstdio>
 
-#include "kinematics/clearance.h"
-
 namespace tandem::robots {
 namespace {
 
@@ -22,31 +20,42 @@ std::string partAt(const config::Arm& arm, const Eigen::VectorXd& q, double s) {
 
 }  // namespace
 
+std::vector<std::optional<kinematics::Body>> bodiesAt(const RobotModel& model,
+                                                      const std::vector<Eigen::VectorXd>& joints) {
+  std::vector<std::optional<kinematics::Body>> bodies(model.models().size());
+  for (std::size_t k = 0; k < bodies.size(); ++k) {
+    kinematics::Branch branch;
+    kinematics::Body body;
+    if (kinematics::makeBody(*model.models()[k], joints[k], branch, false, body) == kinematics::ModelStatus::kOk)
+      bodies[k] = std::move(body);
+  }
+  return bodies;
+}
+
+std::vector<ArmDistance> armDistances(const std::vector<std::optional<kinematics::Body>>& bodies) {
+  std::vector<ArmDistance> distances;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    for (std::size_t j = i + 1; j < bodies.size(); ++j) {
+      if (bodies[i] && bodies[j])
+        distances.push_back({i, j, kinematics::clearance(*bodies[i], *bodies[j])});
+    }
+  }
+  return distances;
+}
+
 std::vector<std::string> describeOverlaps(const config::Robot& robot,
                                           const RobotModel& model,
                                           const std::vector<Eigen::VectorXd>& joints) {
-  std::vector<kinematics::Body> bodies(model.models().size());
-  std::vector<bool> known(bodies.size());
-  for (std::size_t k = 0; k < bodies.size(); ++k) {
-    kinematics::Branch branch;
-    known[k] =
-        kinematics::makeBody(*model.models()[k], joints[k], branch, false, bodies[k]) == kinematics::ModelStatus::kOk;
-  }
   std::vector<std::string> texts;
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    for (std::size_t j = i + 1; j < bodies.size(); ++j) {
-      if (!known[i] || !known[j])
-        continue;
-      const kinematics::Clearance least = kinematics::clearance(bodies[i], bodies[j]);
-      if (least.distance >= 0.0)
-        continue;
-      std::array<char, 80> depth{}, place{};
-      std::snprintf(depth.data(), depth.size(), " overlap by %.3g mm: ", -1e3 * least.distance);
-      std::snprintf(place.data(), place.size(), ", z = %.0f mm", 1e3 * least.place_a.z());
-      texts.push_back(robot.arms[i].name + " and " + robot.arms[j].name + depth.data() +
-                      partAt(robot.arms[i], joints[i], least.s_a) + ", " + partAt(robot.arms[j], joints[j], least.s_b) +
-                      place.data());
-    }
+  for (const auto& [i, j, least] : armDistances(bodiesAt(model, joints))) {
+    if (least.distance >= 0.0)
+      continue;
+    std::array<char, 80> depth{}, place{};
+    std::snprintf(depth.data(), depth.size(), " overlap by %.3g mm: ", -1e3 * least.distance);
+    std::snprintf(place.data(), place.size(), ", z = %.0f mm", 1e3 * least.place_a.z());
+    texts.push_back(robot.arms[i].name + " and " + robot.arms[j].name + depth.data() +
+                    partAt(robot.arms[i], joints[i], least.s_a) + ", " + partAt(robot.arms[j], joints[j], least.s_b) +
+                    place.data());
   }
   return texts;
 }

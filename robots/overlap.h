@@ -1,13 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Overlap of the arms' bodies at given joints, as text. */
+/** @file Distances between the arms' bodies at given joints, and their overlap as text. */
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "kinematics/clearance.h"
 #include "robots/robot_model.h"
 
 namespace tandem::robots {
+
+/// Bodies of all arms, without derivatives; nothing for an arm whose model has no solution at its joints.
+/// @param joints  one vector per arm, m and rad
+std::vector<std::optional<kinematics::Body>> bodiesAt(const RobotModel& model,
+                                                      const std::vector<Eigen::VectorXd>& joints);
+
+/** Smallest distance between the bodies of two arms. */
+struct ArmDistance {
+  std::size_t arm, other;
+  kinematics::Clearance least;
+};
+
+/// Of each two arms whose bodies are known.
+std::vector<ArmDistance> armDistances(const std::vector<std::optional<kinematics::Body>>& bodies);
 
 /// One text for each pair of arms whose bodies (kinematics::Body) overlap: "arm_a and arm_b overlap by 2.00 mm: tube 3
 /// of arm_a, tube 3 of arm_b, z = 68 mm". Empty without an overlap, and for types without models of single arms.

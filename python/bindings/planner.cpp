@@ -3,12 +3,12 @@
 
 #include <atomic>
 
-#include "kinematics/clearance.h"
 #include "planning/start_choice.h"
 #include "planning/timing.h"
 #include "python/bindings/bind.h"
 #include "python/bindings/robot.h"
 #include "python/bindings/trajectory.h"
+#include "robots/overlap.h"
 
 namespace tandem::python {
 namespace {
@@ -138,21 +138,15 @@ class Planner {
   }
 
   py::dict clearance(const py::object& joints) const {
-    const std::vector<Eigen::VectorXd> split = robot_.split(startOf(joints));
-    std::vector<kinematics::Body> bodies(split.size());
-    for (std::size_t k = 0; k < split.size(); ++k) {
-      kinematics::Branch branch;
-      if (kinematics::makeBody(*model_.models()[k], split[k], branch, false, bodies[k]) != kinematics::ModelStatus::kOk)
+    const auto bodies = robots::bodiesAt(model_, robot_.split(startOf(joints)));
+    for (std::size_t k = 0; k < bodies.size(); ++k) {
+      if (!bodies[k])
         throw ModelError("arm " + names_[k] + ": the model has no solution at these joints");
     }
     py::dict result;
-    for (std::size_t i = 0; i < bodies.size(); ++i) {
-      for (std::size_t j = i + 1; j < bodies.size(); ++j) {
-        const kinematics::Clearance least = kinematics::clearance(bodies[i], bodies[j]);
-        result[py::make_tuple(names_[i], names_[j])] =
-            py::make_tuple(least.distance, toArray(least.place_a), toArray(least.place_b));
-      }
-    }
+    for (const auto& [i, j, least] : robots::armDistances(bodies))
+      result[py::make_tuple(names_[i], names_[j])] =
+          py::make_tuple(least.distance, toArray(least.place_a), toArray(least.place_b));
     return result;
   }
 

@@ -9,9 +9,9 @@
 #include "config/arm_names.h"
 #include "config/path.h"
 #include "config/robot_files.h"
-#include "kinematics/clearance.h"
 #include "planning/trajectory.h"
 #include "robots/mechanisms.h"
+#include "robots/overlap.h"
 #include "robots/robot_model.h"
 #include "robots/robot_type.h"
 #include "services/cli/models/arm_options.h"
@@ -108,36 +108,30 @@ struct Shown {
 Shown showTips(const config::Robot& robot, const std::string& model, const std::vector<Eigen::VectorXd>& joints) {
   const robots::RobotModel models(robot, model);
   Shown shown;
-  std::vector<kinematics::Body> bodies(robot.arms.size());
+  const auto bodies = robots::bodiesAt(models, joints);
   for (std::size_t k = 0; k < bodies.size(); ++k) {
     const config::Arm& arm = robot.arms[k];
     const kinematics::ArmModel& own = *models.models()[k];
-    kinematics::Branch branch;
     kinematics::Tip tip;
-    if (kinematics::makeBody(own, joints[k], branch, false, bodies[k]) != kinematics::ModelStatus::kOk ||
-        own.tip(joints[k], tip) != kinematics::ModelStatus::kOk)
+    if (!bodies[k] || own.tip(joints[k], tip) != kinematics::ModelStatus::kOk)
       throw Failure(kFailure, robot.file.string() + ": " + arm.name + ": the " + model +
                                   " model has no solution at these joints; see tandem fk");
     Places shape;
-    for (const kinematics::BackbonePoint& node : bodies[k].nodes)
+    for (const kinematics::BackbonePoint& node : bodies[k]->nodes)
       shape.push_back(node.position);
     Json json = armJson(robot, static_cast<int>(k), shape);
     shown.tips.push_back(tip.pose.translation());
     json["tip_m"] = placeJson(shown.tips.back());
-    json["piece_radii_m"] = bodies[k].radius;
+    json["piece_radii_m"] = bodies[k]->radius;
     json["reach"] = reachJson(arm, own);
     shown.arms.push_back(json);
   }
-  for (std::size_t i = 0; i < bodies.size(); ++i) {
-    for (std::size_t j = i + 1; j < bodies.size(); ++j) {
-      const kinematics::Clearance least = kinematics::clearance(bodies[i], bodies[j]);
-      shown.clearance.push_back({{"arm", robot.arms[i].name},
-                                 {"other", robot.arms[j].name},
-                                 {"distance_m", least.distance},
-                                 {"place_m", placeJson(least.place_a)},
-                                 {"other_place_m", placeJson(least.place_b)}});
-    }
-  }
+  for (const auto& [i, j, least] : robots::armDistances(bodies))
+    shown.clearance.push_back({{"arm", robot.arms[i].name},
+                               {"other", robot.arms[j].name},
+                               {"distance_m", least.distance},
+                               {"place_m", placeJson(least.place_a)},
+                               {"other_place_m", placeJson(least.place_b)}});
   return shown;
 }
 
@@ -258,8 +252,9 @@ Json factsOf(const ShowCommand& options, const std::filesystem::path& file) {
   const std::string kind = config::kindOf(file);
   Json facts{{"file", file.string()}, {"kind", kind}};
   if (kind == "deployment") {
-    const config::Robot robot = config::loadAnyRobot(config::loadDeployment(file));
-    addRobot(facts, robot, showRobot(robot, config::loadDeployment(file).model));
+    const config::Deployment deployment = config::loadDeployment(file);
+    const config::Robot robot = config::loadAnyRobot(deployment);
+    addRobot(facts, robot, showRobot(robot, deployment.model));
   } else if (kind == "trajectory") {
     addTrajectory(facts, options, file);
   } else if (kind == "path") {
