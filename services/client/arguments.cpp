@@ -43,6 +43,13 @@ void refuse(int code, const std::string& text, const nlohmann::ordered_json& pla
   std::cout << nlohmann::ordered_json{{"error", error}, {"exit", code}}.dump(-1, ' ', false, kReplace) << std::endl;
 }
 
+nlohmann::ordered_json errorsJson(const config::Error& error) {
+  nlohmann::ordered_json errors = nlohmann::ordered_json::array();
+  for (const config::Error& one : error.all())
+    errors.push_back({{"line", one.line()}, {"column", one.column()}, {"key", one.key()}, {"error", one.what()}});
+  return errors;
+}
+
 void guarded(int& exit_code, const std::function<int()>& body) {
   try {
     exit_code = body();
@@ -50,10 +57,7 @@ void guarded(int& exit_code, const std::function<int()>& body) {
     std::cerr << "tandem: ";
     refuse(exit_code = failure.code(), failure.what());
   } catch (const config::Error& error) {
-    nlohmann::ordered_json errors = nlohmann::ordered_json::array();
-    for (const config::Error& one : error.all())
-      errors.push_back({{"line", one.line()}, {"column", one.column()}, {"key", one.key()}, {"error", one.what()}});
-    refuse(exit_code = kUsage, error.what(), {{"file", error.file()}, {"errors", errors}});
+    refuse(exit_code = kUsage, error.what(), {{"file", error.file()}, {"errors", errorsJson(error)}});
   } catch (const std::exception& error) {
     std::cerr << "tandem: ";
     refuse(exit_code = kFailure, error.what());

@@ -10,6 +10,10 @@
 #include <stdexcept>
 #include <string>
 
+namespace tandem::config {
+class Error;
+}
+
 namespace tandem::client {
 
 /** Exit codes of `tandem`. */
@@ -50,6 +54,9 @@ void answer(const std::string& text, const nlohmann::ordered_json& fields);
 /// Prints why a command was refused or failed: the text to stderr; where asJson() also
 /// {"error": {"message": text, ...}, "exit": code} to stdout, as one line. @param place  further members of "error"
 void refuse(int code, const std::string& text, const nlohmann::ordered_json& place = nlohmann::ordered_json::object());
+
+/// Each error of a file: line, column, key and text.
+nlohmann::ordered_json errorsJson(const config::Error& error);
 
 /// Runs a subcommand's body: prints failures by refuse(), sets the exit code.
 void guarded(int& exit_code, const std::function<int()>& body);

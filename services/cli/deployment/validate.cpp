@@ -55,10 +55,7 @@ int runValidate(const std::vector<std::string>& files, bool as_json) {
     } catch (const config::Error& error) {
       good = false;
       result["valid"] = false;
-      result["errors"] = nlohmann::ordered_json::array();
-      for (const config::Error& one : error.all())
-        result["errors"].push_back(
-            {{"line", one.line()}, {"column", one.column()}, {"key", one.key()}, {"error", one.what()}});
+      result["errors"] = client::errorsJson(error);
       if (!as_json)
         std::cerr << error.what() << '\n';
     }
