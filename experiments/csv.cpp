@@ -13,33 +13,23 @@ namespace {
 
 constexpr double kMillimetres = 1e3;
 
-std::string_view trim(std::string_view text) {
-  const auto begin = text.find_first_not_of(" \t\r");
-  if (begin == std::string_view::npos)
-    return {};
-  return text.substr(begin, text.find_last_not_of(" \t\r") - begin + 1);
-}
-
-CsvRow parseRow(int line, std::string_view text, int columns) {
+CsvRow parseRow(int line, const std::string& text, int columns) {
   CsvRow row;
   row.line = line;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(',', begin), text.size());
-    const std::string_view field = trim(text.substr(begin, end - begin));
+  for (const std::string& field : config::csvFields(text)) {
     double value = 0.0;
     const auto [rest, code] =
         std::from_chars(field.data() + (field.starts_with('+') ? 1 : 0), field.data() + field.size(), value);
     const std::string place = "line " + std::to_string(line) + " column " + std::to_string(row.values.size() + 1);
     if (code != std::errc() || rest != field.data() + field.size()) {
-      row.error = place + ": found '" + std::string(field.substr(0, 40)) + "', expected a number";
+      row.error = place + ": found '" + field.substr(0, 40) + "', expected a number";
       return row;
     }
     if (!std::isfinite(value)) {
-      row.error = place + ": found '" + std::string(field) + "', expected a finite number";
+      row.error = place + ": found '" + field + "', expected a finite number";
       return row;
     }
     row.values.push_back(value);
-    begin = end + 1;
   }
   if (static_cast<int>(row.values.size()) != columns) {
     row.error = "line " + std::to_string(line) + ": found " + std::to_string(row.values.size()) +
