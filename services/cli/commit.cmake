@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 # cmake -DSOURCE=FOLDER -DHEADER=FILE -P commit.cmake: writes the commit of a source tree to a header, if it differs from the one there.
+cmake_minimum_required(VERSION 3.25)
 find_program(git git)
 set(commit "")
 if(git)

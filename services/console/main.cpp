@@ -77,7 +77,7 @@ class Console {
         trajectories_(console::describeTrajectories(setup.robot).dump()),
         bus_(runtime::busOptions(setup.deployment, setup.name)),
         bytes_(runtime::ofAnyRobot(runtime::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kConsole))),
-        diagnostics_(bus_, setup.name, setup.robot.name),
+        diagnostics_(bus_, setup),
         markers_(bus_, setup.robot),
         clock_(bus_, setup),
         hub_(bytes_, config::armList(setup.robot), std::to_string(setup.session)),
@@ -142,7 +142,7 @@ class Console {
   void reportHealth() {
     const console::ServerReport report = server_.report();
     const std::int64_t now = runtime::monotonicNow();
-    diagnostics_.publish(now, now, runtime::Diagnostics::Level::kOk, "serves " + std::to_string(report.clients.size()),
+    diagnostics_.publish(now, runtime::Diagnostics::Level::kOk, "serves " + std::to_string(report.clients.size()),
                          {{"clients", std::to_string(report.clients.size())},
                           {"bytes_per_second", fmt::format("{:.0f}", report.bytes_per_second)},
                           {"cpu", fmt::format("{:.3f}", load_.look())},

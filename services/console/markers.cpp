@@ -7,7 +7,6 @@
 
 #include "config/arm_names.h"
 #include "services/console/grasped_object.h"
-#include "services/runtime/clock_request_handler.h"
 #include "services/runtime/process.h"
 
 namespace tandem::console {
@@ -104,7 +103,7 @@ void Markers::moved(std::size_t arm, const dds::PoseStamped& tip) {
     tips.push_back(*known);
   }
   if (arm + 1 == tips_.size())
-    writer_.write(markersOf(*object_, objectPose(*object_, tips), tip.frame, runtime::wallNow()));
+    writer_.write(markersOf(*object_, objectPose(*object_, tips), tip.frame, tip.stamp));
 }
 
 void Markers::look() {
@@ -120,9 +119,8 @@ void Markers::look() {
           bus_.reader(dds::kMeasuredCp, arms_[k], [this, k](const dds::PoseStamped& tip) { moved(k, tip); }));
   }
   for (const std::string& arm : wanted ? arms_ : std::vector<std::string>{})
-    shapes_.push_back(bus_.reader(dds::kShape, arm, [this, arm](const dds::Shape& shape) {
-      writer_.write(markersOf(shape, arm, runtime::wallNow()));
-    }));
+    shapes_.push_back(bus_.reader(
+        dds::kShape, arm, [this, arm](const dds::Shape& shape) { writer_.write(markersOf(shape, arm, shape.stamp)); }));
 }
 
 }  // namespace tandem::console

@@ -68,9 +68,14 @@ std::string CrtkStream::judge(std::int64_t stamp, std::int64_t wall, std::int64_
   return "";
 }
 
-void FeedbackStamps::record(std::int64_t stamp, std::uint64_t status) {
+std::int64_t FeedbackStamps::next(const dds::ActuationState& state, const dds::ControlStatus& status) {
   const std::lock_guard lock(mutex_);
-  entries_[next_++ % entries_.size()] = {stamp, status};
+  if (state.sequence == 0 || state.session != session_ || state.sequence != sequence_)
+    stamp_ = time_.of(status.stamp);
+  session_ = state.session;
+  sequence_ = state.sequence;
+  entries_[next_++ % entries_.size()] = {stamp_, status.sequence};
+  return stamp_;
 }
 
 std::uint64_t FeedbackStamps::statusOf(std::int64_t stamp) const {
@@ -93,7 +98,10 @@ std::uint64_t CrtkCommandHandler::answered(std::int64_t stamp) const {
 }
 
 CrtkCommandHandler::CrtkCommandHandler(const runtime::Setup& setup, const robots::RobotModel& robot)
-    : setup_(setup), robot_(robot), frame_(setup.deployment.prefix + "_base") {}
+    : setup_(setup),
+      robot_(robot),
+      frame_(setup.deployment.prefix + "_base"),
+      feedback_(setup.deployment.clock == config::ClockMode::kLockStep) {}
 
 std::string CrtkCommandHandler::groupName(int group) const {
   return group == operation::kPairGroup ? dds::kPair : setup_.robot.arms[static_cast<std::size_t>(group)].name;

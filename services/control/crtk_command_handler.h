@@ -14,6 +14,7 @@
 #include "robots/robot_model.h"
 #include "services/dds/bus.h"
 #include "services/runtime/process.h"
+#include "services/runtime/ros_time.h"
 
 namespace tandem::control_service {
 
@@ -38,11 +39,14 @@ class CrtkStream {
   double quickest_ = 0.0;  ///< arrival minus stamp of the fastest sample, s; grows slowly to follow clock drift
 };
 
-/** Maps stamps of feedback to sequences of control/status: a state_command with the stamp of the last received feedback
- * answers that status, independent of clocks. Any thread. */
+/** Stamps of feedback in ROS time, and the sequences of control/status that they belong to: a state_command with the
+ * stamp of the last received feedback answers that status, independent of clocks. Any thread. */
 class FeedbackStamps {
  public:
-  void record(std::int64_t stamp, std::uint64_t status);
+  explicit FeedbackStamps(bool lock_step) : time_(lock_step) {}
+  /// Stamp of feedback that is published now: when control first used the state, so that a state that stays the same
+  /// grows old. Before the first state it is that of the status.
+  std::int64_t next(const dds::ActuationState& state, const dds::ControlStatus& status);
   /// @return the sequence of the status; 0: no recent feedback has this stamp
   std::uint64_t statusOf(std::int64_t stamp) const;
   /// Sequence of the status of the last feedback.
@@ -54,6 +58,9 @@ class FeedbackStamps {
     std::uint64_t status = 0;
   };
   mutable std::mutex mutex_;
+  runtime::RosTime time_;
+  std::uint64_t session_ = 0, sequence_ = 0;  ///< of the last state
+  std::int64_t stamp_ = 0;                    ///< of it
   std::array<Entry, 256> entries_{};
   std::size_t next_ = 0;
 };
@@ -79,8 +86,10 @@ class CrtkCommandHandler {
 
   /// The status that a state_command answers: see FeedbackStamps. 0: none.
   std::uint64_t answered(std::int64_t stamp) const;
-  /// Records feedback that is published now.
-  void noteFeedback(std::int64_t stamp, std::uint64_t status) { feedback_.record(stamp, status); }
+  /// Stamp of feedback that is published now: see FeedbackStamps.
+  std::int64_t stampFeedback(const dds::ActuationState& state, const dds::ControlStatus& status) {
+    return feedback_.next(state, status);
+  }
 
   /// Counts the outcome of a request.
   void report(const operation::CrtkOutcome& outcome);

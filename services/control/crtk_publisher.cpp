@@ -34,11 +34,7 @@ CrtkPublisher::Arm::Arm(dds::Bus& bus, const config::Arm& from)
     : name(from.name), joint_names(jointNames(from)), ends(bus, from.name), shape(bus.writer(dds::kShape, from.name)) {}
 
 CrtkPublisher::CrtkPublisher(dds::Bus& bus, const runtime::Setup& setup, const robots::RobotModel& robot)
-    : setup_(setup),
-      robot_(robot),
-      frame_(setup.deployment.prefix + "_base"),
-      bus_(bus),
-      diagnostics_(bus, setup.name, setup.robot.name) {
+    : setup_(setup), robot_(robot), frame_(setup.deployment.prefix + "_base"), bus_(bus), diagnostics_(bus, setup) {
   for (const config::Arm& from : setup.robot.arms)
     arms_.emplace_back(bus, from);
   if (has(setup.robot, robots::Capability::kCommonPath))
@@ -50,7 +46,8 @@ CrtkPublisher::CrtkPublisher(dds::Bus& bus, const runtime::Setup& setup, const r
   }
 }
 
-void CrtkPublisher::publish(const Snapshot& snapshot) {
+void CrtkPublisher::publish(const Snapshot& snapshot, std::int64_t stamp) {
+  stamp_ = stamp;
   publishDiagnostics(snapshot);
   catheters_known_ = catheters_ && catheters_->update(snapshot.state);
   for (int k = 0; k < robot_.armCount(); ++k)
@@ -77,15 +74,15 @@ void CrtkPublisher::publishArm(Arm& arm, int k, const Snapshot& snapshot) {
   arm.session = snapshot.state.session;
   arm.joint_resets = snapshot.state.joint_resets;
   if (catheters_known_) {
-    publishCatheter(arm, k, snapshot.state.stamp);
+    publishCatheter(arm, k);
   } else if (arm.measured.valid && !catheters_) {
     arm.measured.place = placeOf(k, arm.measured, arm.branch);
-    publishShape(arm, k, snapshot.state.stamp, Eigen::VectorXd::Map(arm.measured.position.data(), robot_.size(k)));
+    publishShape(arm, k, Eigen::VectorXd::Map(arm.measured.position.data(), robot_.size(k)));
   }
   kinematics::Branch ahead = arm.branch;
   if (!catheters_)
     arm.setpoint.place = placeOf(k, arm.setpoint, ahead);
-  publish(arm.ends, arm.joint_names, arm.measured, arm.setpoint, snapshot.state.stamp);
+  publish(arm.ends, arm.joint_names, arm.measured, arm.setpoint);
   publishGoals(arm.ends, k, arm.joint_names, snapshot);
 }
 
@@ -117,7 +114,7 @@ void CrtkPublisher::publishPair(const Snapshot& snapshot) {
     return joined;
   };
   publish(*pair_, pair_names_, together(arms_[0].measured, arms_[1].measured),
-          together(arms_[0].setpoint, arms_[1].setpoint), snapshot.state.stamp);
+          together(arms_[0].setpoint, arms_[1].setpoint));
   publishGoals(*pair_, operation::kPairGroup, pair_names_, snapshot);
 }
 
@@ -135,21 +132,20 @@ CrtkPublisher::Place CrtkPublisher::placeOf(int k, const Joints& joints, kinemat
 void CrtkPublisher::publish(Ends& ends,
                             const std::vector<std::string>& names,
                             const Joints& measured,
-                            const Joints& setpoint,
-                            std::int64_t stamp) {
+                            const Joints& setpoint) {
   const auto write = [&](const Joints& joints, auto& js, auto& cp, auto& cv) {
     // CRTK: a stamp of zero marks invalid values.
-    js.write({joints.valid ? stamp : 0, frame_, names, joints.position, joints.velocity, {}});
+    js.write({joints.valid ? stamp_ : 0, frame_, names, joints.position, joints.velocity, {}});
     if (!joints.place.known)
       return;
     const Place& place = joints.place;
-    dds::PoseStamped pose{stamp, frame_, {}, {}};
+    dds::PoseStamped pose{stamp_, frame_, {}, {}};
     Eigen::Vector3d::Map(pose.position.data()) = place.position;
     Eigen::Vector4d::Map(pose.orientation.data()) = place.orientation.coeffs();  // x y z w
     cp.write(pose);
     if (!place.moves)
       return;
-    dds::TwistStamped twist{stamp, frame_, {}, {}};
+    dds::TwistStamped twist{stamp_, frame_, {}, {}};
     Eigen::Vector3d::Map(twist.linear.data()) = place.linear;
     Eigen::Vector3d::Map(twist.angular.data()) = place.angular;
     cv.write(twist);
@@ -166,7 +162,7 @@ void CrtkPublisher::publishGoals(Ends& ends,
   const auto i = static_cast<std::size_t>(group);
   const operation::CrtkSnapshot& crtk = snapshot.crtk;
   const auto write = [&](bool has, bool& had, auto& writer, auto message) {
-    message.stamp = has ? snapshot.state.stamp : 0;
+    message.stamp = has ? stamp_ : 0;
     message.frame = frame_;
     if (has || had)
       writer.write(message);
@@ -191,7 +187,7 @@ void CrtkPublisher::publishGoals(Ends& ends,
 
 dds::OperatingState CrtkPublisher::stateOf(int k, const Snapshot& snapshot) const {
   const auto i = static_cast<std::size_t>(k);
-  return {snapshot.state.stamp, frame_,
+  return {stamp_, frame_,
           std::string(safety::name(static_cast<safety::OperatingState>(snapshot.status.operating_state[i]))),
           snapshot.status.homed[i] != 0, snapshot.status.busy[i] != 0};
 }
@@ -240,27 +236,27 @@ void CrtkPublisher::publishDiagnostics(const Snapshot& snapshot) {
     values.push_back({runtime::kPausedByKey + std::to_string(status.paused_by), runtime::describe(*client)});
   }
   diagnostics_.publish(
-      runtime::monotonicNow(), snapshot.state.stamp, level,
+      snapshot.status.stamp, level,
       states + paused + (hold.empty() ? "" : "; the trajectory is held: " + hold) + foreign + idle + faults,
       std::move(values));
 }
 
-void CrtkPublisher::publishCatheter(Arm& arm, int k, std::int64_t stamp) {
+void CrtkPublisher::publishCatheter(Arm& arm, int k) {
   const Eigen::Isometry3d& tip = catheters_->tip(k);
   const Eigen::Vector3d still = Eigen::Vector3d::Zero();
   arm.measured.place = {true, tip.translation(), still, still, Eigen::Quaterniond(tip.linear()), false};
   dds::Shape shape = catheters_->shape(k);
-  shape.stamp = stamp;
+  shape.stamp = stamp_;
   shape.frame = frame_;
   arm.shape.write(shape);
 }
 
-void CrtkPublisher::publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q) {
+void CrtkPublisher::publishShape(Arm& arm, int k, const Eigen::VectorXd& q) {
   const auto model = robot_.models()[static_cast<std::size_t>(k)];
   if (model->shape(q, kinematics::Wrench::Zero(), arm.branch, kShapePoints, shape_) != kinematics::ModelStatus::kOk)
     return;
   dds::Shape shape;
-  shape.stamp = stamp;
+  shape.stamp = stamp_;
   shape.frame = frame_;
   kinematics::BodySections sections;
   const int count = model->sections(q, sections);

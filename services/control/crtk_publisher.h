@@ -32,7 +32,8 @@ struct Snapshot {
 class CrtkPublisher {
  public:
   CrtkPublisher(dds::Bus& bus, const runtime::Setup& setup, const robots::RobotModel& robot);
-  void publish(const Snapshot& snapshot);
+  /// @param stamp  of the messages, ROS time, ns
+  void publish(const Snapshot& snapshot, std::int64_t stamp);
 
  private:
   /** Writers of the topics common to an arm and the pair. */
@@ -70,22 +71,19 @@ class CrtkPublisher {
   };
   void publishArm(Arm& arm, int k, const Snapshot& snapshot);
   void publishPair(const Snapshot& snapshot);
-  void publish(Ends& ends,
-               const std::vector<std::string>& names,
-               const Joints& measured,
-               const Joints& setpoint,
-               std::int64_t stamp);
+  void publish(Ends& ends, const std::vector<std::string>& names, const Joints& measured, const Joints& setpoint);
   void publishGoals(Ends& ends, int group, const std::vector<std::string>& names, const Snapshot& snapshot);
   void publishState(Ends& ends, dds::OperatingState state);
   Place placeOf(int k, const Joints& joints, kinematics::Branch& branch) const;
   dds::OperatingState stateOf(int k, const Snapshot& snapshot) const;
   void publishDiagnostics(const Snapshot& snapshot);
-  void publishShape(Arm& arm, int k, std::int64_t stamp, const Eigen::VectorXd& q);
-  void publishCatheter(Arm& arm, int k, std::int64_t stamp);
+  void publishShape(Arm& arm, int k, const Eigen::VectorXd& q);
+  void publishCatheter(Arm& arm, int k);
 
   const runtime::Setup& setup_;
   const robots::RobotModel& robot_;
   std::string frame_;
+  std::int64_t stamp_ = 0;  ///< of the messages of this snapshot
   std::optional<CatheterPlaces> catheters_;
   bool catheters_known_ = false;  ///< catheters_ is valid at the joints of this snapshot
   std::vector<Arm> arms_;

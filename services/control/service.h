@@ -155,8 +155,7 @@ struct Service {
   }
 
   void publish(const Snapshot& m) {
-    crtk_command_handler.noteFeedback(m.state.stamp, m.status.sequence);
-    crtk.publish(m);
+    crtk.publish(m, crtk_command_handler.stampFeedback(m.state, m.status));
     permissions.write(m.permissions);
     operators.publish(m.status, m.operators, m.crtk);
   }

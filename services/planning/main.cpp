@@ -33,7 +33,7 @@ class Planner {
         results_(bus_.writer(dds::kPlanningResult)),
         handler_(setup, [this](const auto& message) { std::visit([this](const auto& m) { this->send(m); }, message); }),
         core_(setup),
-        diagnostics_(bus_, setup.name, setup.robot.name) {}
+        diagnostics_(bus_, setup) {}
 
   void run(const runtime::StopSignal& stop) {
     const auto put = [this](const auto& message) { loop_.put(message); };
@@ -113,7 +113,7 @@ class Planner {
     const auto phase = static_cast<planning::Phase>(reference.phase);
     const bool failed = phase == planning::Phase::kFailed;
     diagnostics_.publish(
-        runtime::monotonicNow(), reference.stamp, failed ? Level::kWarn : Level::kOk,
+        reference.stamp, failed ? Level::kWarn : Level::kOk,
         std::string(planning::name(phase)) + (failed && !core_.ended().empty() ? ": " + core_.ended() : ""),
         {{"point", std::to_string(reference.point)}, {"points", std::to_string(reference.point_count)}});
   }

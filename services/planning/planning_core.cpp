@@ -28,6 +28,7 @@ bool operated(const dds::ControlStatus& status) {
 PlanningCore::PlanningCore(const runtime::Setup& setup)
     : setup_(setup),
       lock_step_(setup.deployment.clock == config::ClockMode::kLockStep),
+      ros_time_(lock_step_),
       robot_(setup.robot, setup.deployment.model),
       sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
       run_(robots::makeRun(setup.robot, robot_, setup.deployment.control_period)),
@@ -274,9 +275,9 @@ dds::Reply PlanningCore::start(const dds::PlanningRequest& request, std::optiona
   return replyTo(request, dds::ReplyCode::kOk, "", trajectory_id_);
 }
 
-dds::Path PlanningCore::pathOf(const std::vector<Eigen::Isometry3d>& points) const {
+dds::Path PlanningCore::pathOf(const std::vector<Eigen::Isometry3d>& points) {
   dds::Path path;
-  path.stamp = state_.stamp;
+  path.stamp = ros_time_.of(now());
   path.frame = setup_.deployment.prefix + "_base";
   for (const Eigen::Isometry3d& point : points) {
     dds::PoseStamped pose;

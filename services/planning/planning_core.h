@@ -11,6 +11,7 @@
 #include "services/planning/plan.h"
 #include "services/planning/run_recorder.h"
 #include "services/runtime/process.h"
+#include "services/runtime/ros_time.h"
 
 namespace tandem::planning_service {
 
@@ -53,7 +54,7 @@ class PlanningCore {
  private:
   dds::Reply start(const dds::PlanningRequest& request, std::optional<dds::Path>& path);
   void followState();
-  dds::Path pathOf(const std::vector<Eigen::Isometry3d>& points) const;
+  dds::Path pathOf(const std::vector<Eigen::Isometry3d>& points);
   std::string unplanned(const dds::PlanningRequest& request) const;
   robots::Measured measured() const;
   bool complete() const;
@@ -67,6 +68,7 @@ class PlanningCore {
 
   const runtime::Setup& setup_;
   bool lock_step_;
+  runtime::RosTime ros_time_;
   robots::RobotModel robot_;
   bool sensor_;  ///< tips are measured by a sensor
   planning::MeasuredTips sensor_tips_;

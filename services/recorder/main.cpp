@@ -36,7 +36,7 @@ void report(runtime::Diagnostics& diagnostics, const recorder::BlackBox& box, co
     message = "black_box.memory_mb is too small: it holds " + oneDecimal(status.held) + " s";
   }
   const std::int64_t now = runtime::monotonicNow();
-  diagnostics.publish(now, now, level, message,
+  diagnostics.publish(now, level, message,
                       {{"held_s", oneDecimal(status.held)},
                        {"received", std::to_string(capture.received())},
                        {"lost", std::to_string(capture.lost())},
@@ -52,7 +52,7 @@ void run(const runtime::Setup& setup, runtime::StopSignal& stop) {
   dds::Bus bus(runtime::busOptions(setup.deployment, setup.name));
   dds::Bus bytes(
       runtime::ofAnyRobot(runtime::busOptions(setup.deployment, setup.name + "-bytes", dds::Role::kRecorder)));
-  runtime::Diagnostics diagnostics(bus, setup.name, setup.robot.name);
+  runtime::Diagnostics diagnostics(bus, setup);
   const runtime::ClockRequestHandler clock(bus, setup);
   std::vector<std::string> wanted = setup.deployment.black_box.topics;
   wanted.insert(wanted.end(), recorder::FaultTrigger::kTopics.begin(), recorder::FaultTrigger::kTopics.end());

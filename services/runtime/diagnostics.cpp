@@ -7,25 +7,24 @@
 
 #include "services/runtime/identity.h"
 #include "services/runtime/log.h"
+#include "services/runtime/periodic_loop.h"
 
 namespace tandem::runtime {
 
-Diagnostics::Diagnostics(dds::Bus& bus, std::string service, std::string robot)
+Diagnostics::Diagnostics(dds::Bus& bus, const Setup& setup)
     : bus_(bus),
-      service_(std::move(service)),
-      robot_(std::move(robot)),
+      service_(setup.name),
+      robot_(setup.robot.name),
       writer_(bus.writer(dds::kDiagnostics)),
+      time_(setup.deployment.clock == config::ClockMode::kLockStep),
       log_(std::make_shared<LogTopic>(bus, "tandem-" + service_)) {
   addLogSink(log_);
 }
 
 Diagnostics::~Diagnostics() { removeLogSink(log_); }
 
-void Diagnostics::publish(std::int64_t now,
-                          std::int64_t stamp,
-                          Level level,
-                          const std::string& message,
-                          Details values) {
+void Diagnostics::publish(std::int64_t instant, Level level, const std::string& message, Details values) {
+  const std::int64_t now = monotonicNow();
   constexpr std::int64_t kSecond = 1'000'000'000;
   if (last_ != 0 && now - last_ < kSecond && level == last_level_)
     return;
@@ -51,7 +50,7 @@ void Diagnostics::publish(std::int64_t now,
     dropped_ = dropped;
   }
   dds::DiagnosticArray array;
-  array.stamp = stamp;
+  array.stamp = time_.of(instant);
   dds::DiagnosticStatus status;
   status.level = static_cast<std::uint8_t>(level);
   status.name = "tandem-" + service_;

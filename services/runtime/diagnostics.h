@@ -8,6 +8,8 @@
 
 #include "services/dds/bus.h"
 #include "services/runtime/log_topic.h"
+#include "services/runtime/process.h"
+#include "services/runtime/ros_time.h"
 
 namespace tandem::runtime {
 
@@ -27,20 +29,21 @@ class Diagnostics {
  public:
   enum class Level : std::uint8_t { kOk = 0, kWarn = 1, kError = 2 };
 
-  Diagnostics(dds::Bus& bus, std::string service, std::string robot);
+  Diagnostics(dds::Bus& bus, const Setup& setup);
   ~Diagnostics();
   Diagnostics(const Diagnostics&) = delete;
   Diagnostics& operator=(const Diagnostics&) = delete;
 
   /// Adds the numbers of malformed samples that the bus has dropped, by topic; new ones are at least a warning, and are
   /// logged. Also adds processes of another robot or deployment, as an error.
-  /// @param now  ns, for the rate @param stamp  of the message
-  void publish(std::int64_t now, std::int64_t stamp, Level level, const std::string& message, Details values);
+  /// @param instant  that the message describes: see RosTime
+  void publish(std::int64_t instant, Level level, const std::string& message, Details values);
 
  private:
   dds::Bus& bus_;
   std::string service_, robot_;
   dds::Writer<dds::DiagnosticArray> writer_;
+  RosTime time_;
   std::shared_ptr<LogTopic> log_;  ///< a log sink during the lifetime of this object
   std::int64_t last_ = 0;
   std::uint64_t dropped_ = 0;  ///< samples, reported in the log

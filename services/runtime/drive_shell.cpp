@@ -24,7 +24,7 @@ void diagnose(Diagnostics& diagnostics, const config::Robot& robot, const dds::H
                  {"periods_left_out", std::to_string(status.left_out)}};
   values.insert(values.end(), more.begin(), more.end());
   using Level = Diagnostics::Level;
-  diagnostics.publish(monotonicNow(), status.stamp, faults.empty() ? Level::kOk : Level::kError,
+  diagnostics.publish(status.stamp, faults.empty() ? Level::kOk : Level::kError,
                       faults.empty() ? "ok" : "FAULT of " + faults, std::move(values));
 }
 
@@ -34,7 +34,7 @@ DriveShell::DriveShell(const Setup& setup, double period, std::function<Details(
       bus_(busOptions(setup.deployment, setup.name)),
       states_(bus_.writer(dds::kActuationState)),
       statuses_(bus_.writer(dds::kHalStatus)),
-      diagnostics_(bus_, setup.name, setup.robot.name),
+      diagnostics_(bus_, setup),
       details_(std::move(details)),
       state_out_(outbox().latest<dds::ActuationState>([this](const auto& m) { states_.write(m); })),
       status_out_(publisher().latest<dds::HalStatus>([this](const auto& m) {

@@ -58,7 +58,7 @@ class LockStep {
         statuses_(bus_.writer(dds::kHalStatus)),
         replies_(bus_.writer(dds::kSimReply)),
         true_tips_(bus_.writer(dds::kSimTips)),
-        diagnostics_(bus_, setup.name, setup.robot.name),
+        diagnostics_(bus_, setup),
         snaps_(setup.robot) {
     if (core_.tracking())
       measured_tips_ = bus_.writer(dds::kSensingTips);

@@ -73,7 +73,19 @@ static uint32_t joint_count;
 static char state[32];
 static tandem_msgs_msg_ControlStatus status;
 
-static void keepPose(const void* m) { pose = *(const geometry_msgs_msg_PoseStamped*)m; }
+static double oldest, newest; /* largest and smallest age of a pose by this host's wall clock, s */
+
+static void keepPose(const void* m) {
+  std_msgs_msg_Header own;
+  memset(&own, 0, sizeof(own));
+  stampNow(&own);
+  const bool first = pose.header.stamp.sec == 0;
+  pose = *(const geometry_msgs_msg_PoseStamped*)m;
+  const double age = (double)own.stamp.sec - (double)pose.header.stamp.sec +
+                     1e-9 * ((double)own.stamp.nanosec - (double)pose.header.stamp.nanosec);
+  oldest = first || age > oldest ? age : oldest;
+  newest = first || age < newest ? age : newest;
+}
 static void keepState(const void* m) {
   snprintf(state, sizeof(state), "%s", ((const crtk_msgs_msg_OperatingState*)m)->state);
 }
@@ -212,9 +224,11 @@ int main(int argc, char** argv) {
   const double asked = target.pose.position.y - from;
   reach("disable", "DISABLED");
   printf(
-      "{\"asked\": %.9g, \"moved\": %.9g, \"cycles_by_crtk\": %d, \"joint_count\": %u, \"status\": %llu, \"states\": "
+      "{\"oldest\": %.9g, \"newest\": %.9g, \"asked\": %.9g, \"moved\": %.9g, \"cycles_by_crtk\": %d, \"joint_count\": "
+      "%u, \"status\": %llu, \"states\": "
       "\"%s\"}\n",
-      asked, pose.pose.position.y - from, obeyed, joint_count, (unsigned long long)status.sequence, state);
+      oldest, newest, asked, pose.pose.position.y - from, obeyed, joint_count, (unsigned long long)status.sequence,
+      state);
   dds_delete_qos(qos);
   dds_delete(participant);
   return 0;

@@ -177,6 +177,9 @@ class Teleoperation(system.SystemTest):
         self.assertAlmostEqual(reported["asked"], 5e-3, delta=1e-9)
         self.assertAlmostEqual(reported["moved"], 5e-3, delta=0.6e-3)
         self.assertEqual(reported["joint_count"], 6)
+        # Stamps are ROS time: ages by the peer's wall clock, with room for a slow machine.
+        self.assertGreaterEqual(reported["newest"], -0.01)
+        self.assertLess(reported["oldest"], 60.0)
         self.assertGreater(reported["cycles_by_crtk"], 50)
         self.assertGreater(reported["status"], 0)
         # measured_cp equals the tip of an independent model at the joints.

@@ -4,8 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
 #include <random>
 
+#include "services/runtime/clock_request_handler.h"
+#include "services/runtime/periodic_loop.h"
 #include "tests/unit/services/system.h"
 
 namespace tandem::test {
@@ -73,6 +76,39 @@ TEST(CrtkStream, DelayedFirstSampleIsRefused) {
   control_service::CrtkStream differs(true, 0.1);
   EXPECT_NE(differs.judge(wall - 5000 * kMs, wall, 1000 * kMs), "");
   EXPECT_EQ(differs.judge(wall - 4000 * kMs, wall + 1000 * kMs, 2000 * kMs), "") << "sent again it counts";
+}
+
+TEST(RosTime, FollowsTheWallClockWithTheIntervalsOfTheMonotonicOne) {
+  runtime::RosTime time(false);
+  const std::int64_t wall = 1'700'000'000'000 * kMs;
+  EXPECT_EQ(time.of(1000 * kMs, 1005 * kMs, wall), wall - 5 * kMs);
+  EXPECT_EQ(time.of(1010 * kMs, 1015 * kMs, wall + 10 * kMs + 900'000), wall + 5 * kMs) << "0.9 ms of drift";
+  EXPECT_EQ(time.of(1020 * kMs, 1025 * kMs, wall + 3600'000 * kMs), wall + 3599'995 * kMs) << "the clock was set";
+  EXPECT_EQ(runtime::RosTime(true).of(7 * kMs, 1005 * kMs, wall), 7 * kMs) << "simulated time";
+}
+
+TEST(FeedbackStamps, AreTheTimeOfTheFirstUseOfAStateAndNameTheStatus) {
+  control_service::FeedbackStamps stamps(false);
+  dds::ActuationState state;
+  dds::ControlStatus status;
+  const auto next = [&](std::uint64_t sequence, std::int64_t later) {
+    state.sequence = sequence;
+    state.stamp = 5;  // of another host's clock
+    status.stamp += later;
+    ++status.sequence;
+    return stamps.next(state, status);
+  };
+  status.stamp = runtime::monotonicNow();
+  const std::int64_t before = next(0, 0), waiting = next(0, 10 * kMs);
+  EXPECT_LT(std::abs(before - runtime::wallNow()), 60'000 * kMs);
+  EXPECT_NEAR(static_cast<double>(waiting - before), 10.0 * kMs, 2.0 * kMs) << "no state yet: the time of the status";
+  const std::int64_t first = next(1, 10 * kMs), same = next(1, 10 * kMs), second = next(2, 10 * kMs);
+  EXPECT_EQ(same, first) << "the state was not renewed";
+  EXPECT_NEAR(static_cast<double>(second - first), 20.0 * kMs, 2.0 * kMs);
+  EXPECT_EQ(stamps.statusOf(second), 5u);
+  EXPECT_EQ(stamps.statusOf(second + 1), 0u);
+  ++state.session;
+  EXPECT_GT(next(2, 10 * kMs), second) << "the same number of another session";
 }
 
 TEST(CrtkCommandHandler, ReadsWhatIsValidAndNamesWhatIsNot) {
