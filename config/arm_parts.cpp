@@ -22,9 +22,17 @@ void checkWall(const Map& map, double outer, double inner) {
                                    ", expected less than the outer diameter of " + map.inUnit("inner_diameter", outer));
 }
 
-void refusePair(const Map& arm) {
-  if (arm.text("name") == "pair")
-    arm.fail("name", "found 'pair', which stands for two arms together in names of topics, expected another name");
+void readArms(const Map& map, const std::function<void(const Map&)>& read) {
+  map.together([&] { map.expectDistinct("arms", "name"); },
+               [&] {
+                 map.each("arms", [&](const Map& arm) {
+                   if (arm.text("name") == "pair")
+                     arm.fail(
+                         "name",
+                         "found 'pair', which stands for two arms together in names of topics, expected another name");
+                   read(arm);
+                 });
+               });
 }
 
 }  // namespace tandem::config

@@ -196,22 +196,25 @@ assist::Joints CooperativeRobot::home() const {
 CooperativeRobot loadCooperative(const std::filesystem::path& file) {
   Document document(file.string(), readFile(file));
   const Map map = document.check(cooperativeTable());
-  map.expectDistinct("arms", "name");
   auto robot = map.read<CooperativeRobot>();
   robot.file = file;
-  for (const Map& arm : map.maps("arms")) {
-    refusePair(arm);
+  readArms(map, [&](const Map& arm) {
     robot.arms.push_back(readCatheter(arm));
     try {
       kinematics::catheter::ElasticCatheter checked(robot.arms.back().model);
     } catch (const std::invalid_argument& error) {
       arm.fail("name", "found an arm that the model does not support: " + std::string(error.what()));
     }
-  }
-  if (map.has("object"))
-    robot.object = readObject(map.map("object"), robot);
-  if (map.has("assistance"))
-    robot.assistance = readAssistance(map.map("assistance"), robot);
+  });
+  map.together(
+      [&] {
+        if (map.has("object"))
+          robot.object = readObject(map.map("object"), robot);
+      },
+      [&] {
+        if (map.has("assistance"))
+          robot.assistance = readAssistance(map.map("assistance"), robot);
+      });
   document.finish();
   robot.warnings = document.warnings();
   return robot;

@@ -86,17 +86,17 @@ void resolveDiscovery(const Map& map, Deployment& deployment) {
 /// Checks that every process runs on one of the hosts, if there are any.
 void checkProcesses(const Map& map, const std::vector<Host>& hosts) {
   map.expectDistinct("processes", "name");
-  for (const Map& entry : map.maps("processes")) {
+  map.each("processes", [&](const Map& entry) {
     if (hosts.empty() && entry.has("host"))
       entry.fail("host", "found '" + entry.text("host") +
                              "', but the deployment has no `hosts`; add `hosts`, or remove this key");
     if (hosts.empty())
-      continue;
+      return;
     const std::string expected = "one of " + join(namesOf(hosts));
     if (!entry.has("host"))
       entry.fail("name", "found a process without host, expected " + expected);
     entry.indexAmong("host", namesOf(hosts), expected);
-  }
+  });
 }
 
 /// Does not read the files: only the host of the console needs them.
@@ -158,21 +158,29 @@ Deployment loadDeployment(const std::filesystem::path& file) {
   const Map map = document.check(deploymentTable());
   auto deployment = map.read<Deployment>();
   deployment.file = file;
-  deployment.robot = companionPath(map, "robot", file, robotKinds());
-  if (map.has("hardware"))
-    deployment.hardware = companionPath(map, "hardware", file);
-  deployment.method_library = methodLibrary(map, file, deployment.method == control::Method::kForeign, "method");
-  checkTiming(map, deployment);
-  checkMemory(map, deployment);
   warnOfBudgets(map.map("budgets"));
-  robotFileOf(deployment.robot).check_deployment(map, deployment);
-  readFeedback(map, deployment);
-  deployment.teleoperation = readTeleoperation(map.map("teleoperation"));
-  checkConsole(map.map("console"), deployment.console);
-  checkHosts(map, deployment.hosts);
-  deployment.security = readSecurity(map, file);
-  resolveDiscovery(map, deployment);
-  checkProcesses(map, deployment.hosts);
+  map.together(
+      [&] {
+        deployment.robot = companionPath(map, "robot", file, robotKinds());
+        map.together([&] { robotFileOf(deployment.robot).check_deployment(map, deployment); },
+                     [&] { readFeedback(map, deployment); });
+      },
+      [&] {
+        if (map.has("hardware"))
+          deployment.hardware = companionPath(map, "hardware", file);
+      },
+      [&] {
+        const bool foreign = deployment.method == control::Method::kForeign;
+        deployment.method_library = methodLibrary(map, file, foreign, "method");
+      },
+      [&] { checkTiming(map, deployment); }, [&] { checkMemory(map, deployment); },
+      [&] { deployment.teleoperation = readTeleoperation(map.map("teleoperation")); },
+      [&] { checkConsole(map.map("console"), deployment.console); }, [&] { checkHosts(map, deployment.hosts); },
+      [&] {
+        deployment.security = readSecurity(map, file);
+        resolveDiscovery(map, deployment);
+      },
+      [&] { checkProcesses(map, deployment.hosts); });
   document.finish();
   deployment.warnings = document.warnings();
   deployment.values = valuesOf(map) + valuesOfFiles(deployment);

@@ -92,7 +92,6 @@ PublishedRow readPublished(const Map& map, const std::vector<ExperimentTrajector
 Experiment loadExperiment(const std::filesystem::path& file) {
   Document document(file.string(), readFile(file));
   const Map map = document.check(experimentTable());
-  map.expectDistinct("configurations", "name");
   auto experiment = map.read<Experiment>();
   experiment.file = file;
   experiment.robot = robotPath(map, file);
@@ -100,14 +99,16 @@ Experiment loadExperiment(const std::filesystem::path& file) {
       map, file, std::ranges::find(experiment.methods, control::Method::kForeign) != experiment.methods.end(),
       "methods");
   const Robot robot = loadAnyRobot(experiment.robot);
-  for (const Map& entry : map.maps("configurations"))
-    experiment.configurations.push_back(readConfiguration(entry, robot));
-  for (const Map& entry : map.maps("trajectories")) {
-    experiment.trajectories.push_back(readRun(entry, experiment, robot));
-  }
-  for (const Map& entry : map.maps("published")) {
-    experiment.published.push_back(readPublished(entry, experiment.trajectories));
-  }
+  map.together([&] { map.expectDistinct("configurations", "name"); },
+               [&] {
+                 map.each("configurations", [&](const Map& entry) {
+                   experiment.configurations.push_back(readConfiguration(entry, robot));
+                 });
+               });
+  map.each("trajectories",
+           [&](const Map& entry) { experiment.trajectories.push_back(readRun(entry, experiment, robot)); });
+  map.each("published",
+           [&](const Map& entry) { experiment.published.push_back(readPublished(entry, experiment.trajectories)); });
   document.finish();
   return experiment;
 }

@@ -213,7 +213,7 @@ void checkHoming(const Map& map, const hal::HardwareConfig& hardware) {
   }
 }
 
-void readArms(const Map& map, const Robot& robot, hal::HardwareConfig& hardware) {
+void readCutLimits(const Map& map, const Robot& robot, hal::HardwareConfig& hardware) {
   for (std::size_t a = 0; a < robot.arms.size(); ++a) {
     try {
       hardware.arms.push_back(
@@ -241,15 +241,14 @@ hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heart
     map.fail("period", "found " + map.inUnit("period", hardware.period) + ", expected a multiple of 0.1 ms");
   AxisReader reader(robot, hardware.buses);
   for (const bool translation : {true, false}) {
-    for (const Map& entry : map.maps(translation ? "translations" : "rotations")) {
+    map.each(translation ? "translations" : "rotations", [&](const Map& entry) {
       const Group group = readGroup(entry, translation);
-      for (const Map& axis : entry.maps("axes"))
-        reader.read(axis, group);
-    }
+      entry.each("axes", [&](const Map& axis) { reader.read(axis, group); });
+    });
   }
   hardware.axes = reader.finish(map);
   readEmergencyStop(map, hardware);
-  readArms(map, robot, hardware);
+  readCutLimits(map, robot, hardware);
   checkHoming(map, hardware);
   for (std::size_t b = 0; b < hardware.buses.size(); ++b) {
     const hal::BusPlan plan = hardware.planOf(static_cast<int>(b), heartbeat_budget);

@@ -50,8 +50,7 @@ const Mapping& planarArmTable() {
 Arm readPlanarArm(const Map& map, PlanarArm& planar) {
   auto arm = map.read<Arm>();
   planar.base = readPose(map.map("base"));
-  for (const Map& link : map.maps("links"))
-    link.read(planar.links.emplace_back());
+  map.each("links", [&](const Map& link) { link.read(planar.links.emplace_back()); });
   const Map limits = map.map("limits");
   limits.expectBelow("lower", "upper");
   auto limit = limits.read<safety::JointLimit>();
@@ -92,15 +91,11 @@ const Mapping& planarTable() {
 Robot loadPlanarRobot(const std::filesystem::path& file) {
   Document document(file.string(), readFile(file));
   const Map map = document.check(planarTable());
-  map.expectDistinct("arms", "name");
   Robot robot = map.read<Robot>();
   robot.type = "planar";
   robot.file = file;
   auto planar = std::make_shared<PlanarRobot>();
-  for (const Map& arm : map.maps("arms")) {
-    refusePair(arm);
-    robot.arms.push_back(readPlanarArm(arm, planar->arms.emplace_back()));
-  }
+  readArms(map, [&](const Map& arm) { robot.arms.push_back(readPlanarArm(arm, planar->arms.emplace_back())); });
   robot.data = std::move(planar);
   document.finish();
   robot.warnings = document.warnings();

@@ -34,11 +34,11 @@ void readSections(const Map& map, Tube& tube) {
     warnOfStrain(map, tube);
     return;
   }
-  for (const Map& section : map.maps("sections")) {
+  map.each("sections", [&](const Map& section) {
     tube.addSection(section.number("length"), 0.0);  // with the stiffnesses of the cross-section
     section.read(tube.sections.back());
     warnOfStrain(section, tube);
-  }
+  });
 }
 
 Tube readTube(const Map& map) {
@@ -72,12 +72,13 @@ void checkNesting(const Map& map, const Tube& inner, const Tube& tube) {
 
 std::vector<Tube> readTubes(const Map& arm) {
   std::vector<Tube> tubes;
-  for (const Map& map : arm.maps("tubes")) {
-    const Tube tube = readTube(map);
-    if (!tubes.empty())
-      checkNesting(map, tubes.back(), tube);
-    tubes.push_back(tube);
-  }
+  arm.each("tubes", [&](const Map& map) { tubes.push_back(readTube(map)); });
+  std::size_t i = 0;
+  arm.each("tubes", [&](const Map& map) {
+    const std::size_t tube = i++;
+    if (tube > 0)
+      checkNesting(map, tubes[tube - 1], tubes[tube]);
+  });
   return tubes;
 }
 
@@ -132,12 +133,12 @@ safety::ArmLimits readLimits(const Map& arm, const std::vector<Tube>& tubes, boo
   safety::TubeLimitSpec spec;
   for (const Tube& tube : tubes)
     spec.tube_length.push_back(tube.length());
-  spec.carriage_spacing = map.numbers("carriage_spacing", n - 1);
-  spec.minimum_extension = map.numbers("minimum_extension", n - 1);
-  spec.stage_minimum = readStage(map, "stage_minimum", spec.tube_length, true);
-  spec.stage_maximum = readStage(map, "stage_maximum", spec.tube_length, false);
-  spec.translation = readTranslation(map.map("translation"), hardware);
-  spec.rotation = readRotation(map.map("rotation"), hardware);
+  map.together([&] { spec.carriage_spacing = map.numbers("carriage_spacing", n - 1); },
+               [&] { spec.minimum_extension = map.numbers("minimum_extension", n - 1); },
+               [&] { spec.stage_minimum = readStage(map, "stage_minimum", spec.tube_length, true); },
+               [&] { spec.stage_maximum = readStage(map, "stage_maximum", spec.tube_length, false); },
+               [&] { spec.translation = readTranslation(map.map("translation"), hardware); },
+               [&] { spec.rotation = readRotation(map.map("rotation"), hardware); });
   try {
     return safety::makeTubeLimits(spec);
   } catch (const std::invalid_argument& error) {
@@ -183,13 +184,9 @@ Arm readArm(const Map& map, bool hardware) {
 Robot loadRobot(const std::filesystem::path& file) {
   Document document(file.string(), readFile(file));
   const Map map = document.check(robotTable());
-  map.expectDistinct("arms", "name");
   Robot robot = map.read<Robot>();
   robot.file = file;
-  for (const Map& arm : map.maps("arms")) {
-    refusePair(arm);
-    robot.arms.push_back(readArm(arm, robot.hardware));
-  }
+  readArms(map, [&](const Map& arm) { robot.arms.push_back(readArm(arm, robot.hardware)); });
   document.finish();
   robot.warnings = document.warnings();
   return robot;

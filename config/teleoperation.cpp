@@ -175,13 +175,17 @@ const Mapping& teleoperationTable() {
 Teleoperation readTeleoperation(const Map& map) {
   auto all = map.read<Teleoperation>();
   teleoperation::GuardOptions& guard = all.options.guard;
-  if (map.has("workspace"))
-    guard.workspace = readBox(map.map("workspace"));
-  map.expectDistinct("forbidden", "name");
-  for (const Map& entry : map.maps("forbidden"))
-    guard.forbidden.push_back(readRegion(entry));
-  if (guard.guidance)
-    checkGuidance(map.map("guidance"), *guard.guidance);
+  map.together(
+      [&] {
+        if (map.has("workspace"))
+          guard.workspace = readBox(map.map("workspace"));
+      },
+      [&] { map.expectDistinct("forbidden", "name"); },
+      [&] { map.each("forbidden", [&](const Map& entry) { guard.forbidden.push_back(readRegion(entry)); }); },
+      [&] {
+        if (guard.guidance)
+          checkGuidance(map.map("guidance"), *guard.guidance);
+      });
   return all;
 }
 

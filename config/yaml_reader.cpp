@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <limits>
 #include <sstream>
@@ -136,8 +137,7 @@ Map Document::check(const Mapping& table) {
     throw Error(origin_, mark.line + 1, mark.column + 1, kKindKey, "found " + kind() + "/1, expected " + expected);
   }
   Map map = Map::checked(*this, table, "", root_);
-  if (!errors_.empty())
-    throw Error(errors_);
+  map.refuseErrors();
   return map;
 }
 
@@ -268,6 +268,21 @@ bool Map::isWord(const std::string& name) const {
 
 void Map::fail(const std::string& name, const std::string& message, int element) const {
   throw errorAt(name, message, element);
+}
+
+void Map::addErrors(const Error& error) const {
+  if (error.file() != document_->origin_)
+    throw Error(error);
+  std::vector<Error>& known = document_->errors_;
+  for (const Error& one : error.all()) {
+    if (std::ranges::none_of(known, [&](const Error& other) { return std::strcmp(other.what(), one.what()) == 0; }))
+      known.push_back(one);
+  }
+}
+
+void Map::refuseErrors() const {
+  if (!document_->errors_.empty())
+    throw Error(document_->errors_);
 }
 
 void Map::expectDistinct(const std::string& list, const std::string& name) const {

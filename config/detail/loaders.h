@@ -45,8 +45,8 @@ Eigen::Isometry3d readPose(const Map& map);
 /// @throw Error if the inner diameter of a wall is not less than its outer one.
 void checkWall(const Map& map, double outer, double inner);
 
-/// Refuses an arm with the name `pair`. @throw Error
-void refusePair(const Map& arm);
+/// Reads the list `arms` of a robot. @throw Error with the errors of all arms, of a name used twice, of the name `pair`
+void readArms(const Map& map, const std::function<void(const Map&)>& read);
 
 /// Reads the `plant` of a deployment. @param robot called if the plant names arms.
 /// @throw Error at the value that names an arm or tube that does not exist, or at a load on a rigid plant.

@@ -96,6 +96,19 @@ class Map {
     return made;
   }
 
+  /// Reads each mapping of a list, also after an error. @param read  of a Map @throw Error with the errors of all
+  template <class Read>
+  void each(const std::string& name, Read read) const {
+    for (const Map& entry : maps(name))
+      collect([&] { read(entry); });
+    refuseErrors();
+  }
+  /// Runs steps that do not need one another, all of them also after an error. @throw Error with the errors of all
+  template <class... Steps>
+  void together(Steps... steps) const {
+    (collect(steps), ...);
+    refuseErrors();
+  }
   /// Throws an error at the value of a key (or its expected place), or at an element of its list. @throw Error always
   [[noreturn]] void fail(const std::string& name, const std::string& message, int element = -1) const;
   /// @throw Error at the second mapping of a list that has the same text.
@@ -133,9 +146,11 @@ class Map {
     try {
       check();
     } catch (const Error& error) {
-      document_->errors_.push_back(error);
+      addErrors(error);
     }
   }
+  void addErrors(const Error& error) const;  ///< those that are not known yet @throw Error if it is of another file
+  void refuseErrors() const;                 ///< @throw Error with the document's errors, if it has any
   void addEntry(const YAML::Node& key, const YAML::Node& value);
   void checkPresence() const;
   void checkAlternatives() const;

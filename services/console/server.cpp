@@ -50,6 +50,9 @@ struct Server::Impl {
     acceptor.open(tcp::v4());
     acceptor.set_option(net::socket_base::reuse_address(true));
     acceptor.bind({address, static_cast<std::uint16_t>(options.port)}, error);
+    if (error == net::error::address_in_use)
+      throw std::runtime_error(
+          where + ": another program uses this port; stop it, or set another console.port in the deployment");
     expect(error, where);
     acceptor.listen(net::socket_base::max_listen_connections, error);
     expect(error, where);

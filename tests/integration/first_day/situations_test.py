@@ -2,6 +2,7 @@
 """Situations of a new user (situations.yaml): each command is refused with a message that names the way out, and nothing moves."""
 import pathlib
 import shlex
+import socket
 import sys
 
 import yaml
@@ -26,9 +27,19 @@ class Situations(system.SystemTest):
         other = self.folder / "other.yaml"
         robot = system.PRESETS / "robots" / "ark2024-as-printed.yaml"
         other.write_text("\n".join(f"robot: {robot}" if line.startswith("robot:") else line for line in path.read_text().splitlines()))
+        with socket.socket() as taken:
+            taken.bind(("127.0.0.1", 0))
+            taken.listen()
+            self.all_refused(path, other, taken.getsockname()[1])
+
+    def all_refused(self, path, other, port):
+        (self.folder / "console").mkdir()
+        others = ["sim", "control", "planning", "recorder"]
+        console = system.deployment(self.folder / "console", "laptop", without=others, console=f"{{port: {port}}}")
+        console.write_text(console.read_text().replace(", essential: false", ""))
         self.trajectory("third", [5, 0, 0], tasks="[{tip: c}]")
         self.trajectory("hasty", [0, 40, 0], points=4, following="timed", speed_mm_per_s=400, acceleration_mm_per_s2=10000)
-        self.names = {"D": path, "OTHER": other, "FOLDER": self.folder,
+        self.names = {"D": path, "OTHER": other, "CONSOLE": console, "FOLDER": self.folder,
                       "RECORDING": system.SOURCE / "tests" / "archive" / "5e7986a" / "recordings" / "lock-step.mcap"}
         (self.folder / "a-file").touch()
         for case in TABLE["without_a_system"]:

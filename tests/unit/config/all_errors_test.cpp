@@ -59,6 +59,65 @@ TEST(AllErrors, EachOfARandomSetIsReportedInOrder) {
   }
 }
 
+/// Contradictions between values, which no key shows alone: `text` becomes `wrong`.
+struct Contradiction {
+  std::string text, wrong, key;
+};
+
+/// Loads a file with each of a random set of contradictions: every one is reported.
+template <class Load>
+void expectEachOf(const std::vector<Contradiction>& all, const std::string& valid, const Folder& folder, Load load) {
+  std::mt19937 random(11);
+  for (int run = 0; run < 60; ++run) {
+    std::string text = valid;
+    std::set<std::string> wanted, found;
+    for (const Contradiction& one : all) {
+      if (random() % 2 == 0)
+        continue;
+      text = replaced(text, one.text, one.wrong);
+      wanted.insert(one.key);
+    }
+    try {
+      load(folder.write("folder/file.yaml", text));
+    } catch (const Error& error) {
+      for (const Error& one : error.all())
+        EXPECT_TRUE(found.insert(one.key()).second) << "twice: " << one.what();
+    }
+    EXPECT_EQ(found, wanted) << "run " << run << "\n" << text;
+  }
+}
+
+TEST(AllErrors, ContradictionsOfARobotAreReportedTogether) {
+  // One for each independent part of the file: what comes after it in the same part cannot be judged.
+  const std::vector<Contradiction> all{
+      {"outer_diameter_mm: 1.524, inner_diameter_mm: 1.3,", "outer_diameter_mm: 1.524, inner_diameter_mm: 1.53,",
+       "arms[0].tubes[0].inner_diameter_mm"},
+      {"outer_diameter_mm: 1.8, inner_diameter_mm: 1.62,", "outer_diameter_mm: 1.8, inner_diameter_mm: 1.81,",
+       "arms[0].tubes[1].inner_diameter_mm"},
+      {"name: arm_b", "name: pair", "arms[1].name"}};
+  expectEachOf(all, readAll(presets() / "robots/ark2024.yaml"), Folder(), loadRobot);
+  expectEachOf({{"carriage_spacing_mm: 0", "carriage_spacing_mm: [0, 0, 0]", "arms[0].limits.carriage_spacing_mm"},
+                {"minimum_extension_mm: 0", "minimum_extension_mm: [0, 0, 0]", "arms[0].limits.minimum_extension_mm"},
+                {"rotation: {lower_deg: unlimited, upper_deg: unlimited,", "rotation: {lower_deg: 90, upper_deg: -90,",
+                 "arms[0].limits.rotation.lower_deg"},
+                {"name: arm_b", "name: pair", "arms[1].name"}},
+               readAll(presets() / "robots/ark2024.yaml"), Folder(), loadRobot);
+}
+
+TEST(AllErrors, ContradictionsOfADeploymentAreReportedTogether) {
+  const std::vector<Contradiction> all{
+      {"sim_period_ms: 1", "sim_period_ms: 200", "sim_period_ms"},
+      {"address: 192.168.77.2", "address: 127.0.0.1", "hosts[1].address"},
+      {"tandem-recorder, host: robot", "tandem-recorder, host: robto", "processes[2].host"},
+      {"tandem-planning, host: console", "tandem-planning", "processes[3].name"},
+      {"method: nspqp", "method: nspqp\nsecurity: nowhere", "security"},
+      {"clock: real_time", "clock: real_time\nconsole: {viewer_token: abcdefghijklmnop}", "console.viewer_token"},
+      {"prefix: tandem", "prefix: tandem\nblack_box: {memory_mb: 200}\nmemory_limit_mb: 300", "black_box.memory_mb"}};
+  const Folder folder;
+  folder.write("robots/ark2024.yaml", readAll(presets() / "robots/ark2024.yaml"));
+  expectEachOf(all, readAll(presets() / "deployments/two-hosts.yaml"), folder, loadDeployment);
+}
+
 TEST(AllErrors, AMisspelledKeyIsNotMissingToo) {
   const std::vector<Error> errors =
       errorsOf("tandem: trajectory/1\nnaem: x\nshape: {line: {displacement: [1, 0, 0]}}\n");
