@@ -18,7 +18,7 @@ class Controller {
   /// What planning judges the state with, as it does in its own process.
   planning::TrajectoryPoint see(const SimulatedRobot& plant, const planning::TrajectorySpec& spec) {
     if (!tracker_.computeTips(plant.position(), track_))
-      throw std::runtime_error(std::string(kinematics::describe(track_.model)));
+      refuse();
     return planning::pointAt(spec, [&](int k) -> Eigen::Vector3d {
       const auto i = static_cast<std::size_t>(k);
       return sensor() ? plant.measuredTips().arm[i].position : track_.tip[i].pose.translation();
@@ -34,12 +34,15 @@ class Controller {
     }
     tracker_.step(q, setpoint, reference, sensor() ? &plant.measuredTips() : nullptr, track_);
     if (track_.status == planning::TrackStatus::kModel)
-      throw std::runtime_error(std::string(kinematics::describe(track_.model)));
+      refuse();
     return true;
   }
   const control::Solution& solution() const { return track_.solution; }
 
  private:
+  [[noreturn]] void refuse() const {
+    throw std::runtime_error("the model of control: " + std::string(kinematics::describe(track_.model)));
+  }
   static planning::ReferenceTracker make(const config::Robot& robot,
                                          const RobotModel& model,
                                          control::Method method,

@@ -121,8 +121,10 @@ TaskResult runMethod(const config::Robot& robot,
     const bool completed =
         timed ? end.tip_error <= within && end.relative_error <= within : end.phase == planning::Phase::kFinished;
     result.outcome = completed ? Outcome::kCompleted : Outcome::kNotConverged;
-  } catch (const std::runtime_error&) {
+  } catch (const std::runtime_error& error) {
     result.outcome = Outcome::kRefused;
+    result.reason = error.what();
+    std::ranges::replace(result.reason, ',', ';');
   }
   const RunSummary summary = record.summary();
   result.iterations = summary.iterations;

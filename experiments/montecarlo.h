@@ -4,6 +4,7 @@
 
 #include <array>
 #include <iosfwd>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -106,8 +107,9 @@ struct TaskResult {
   PathKind kind = PathKind::kLine;
   bool feasible = true;
   Outcome outcome = Outcome::kRefused;
-  int points = 0;     ///< timed: control periods in which the reference moved
-  int converged = 0;  ///< points left with both true errors within the threshold of success
+  std::string reason;  ///< of a refusal, without commas
+  int points = 0;      ///< timed: control periods in which the reference moved
+  int converged = 0;   ///< points left with both true errors within the threshold of success
   int iterations = 0;
   ErrorStatistics ab, a;  ///< true errors, m, over each point's last iteration; timed: over the path
   int violations = 0;     ///< iterations after which a setpoint stood outside equation (1)
@@ -154,7 +156,8 @@ struct MethodSummary {
   std::array<double, 3> ab{}, a{};     ///< RMS of a run's true errors, m, percentiles of all feasible ones
   int violations = 0;
   std::uint64_t gate_actions = 0;
-  double stability = 1.0;  ///< least of all
+  std::map<std::string, int> refusals;  ///< runs by the reason of their refusal
+  double stability = 1.0;               ///< least of all
   int snaps = 0;
   double snap_energy = 0.0, snap_distance = 0.0;  ///< of all of them, J; longest way of a tip in one, m
   int contacts = 0;                               ///< runs on feasible tasks in which bodies touched

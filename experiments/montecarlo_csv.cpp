@@ -25,25 +25,14 @@ constexpr const char* kFront = "seed,tasks,task,method";
 constexpr const char* kBack =
     "kind,feasible,outcome,points,converged,iterations,rms_ab,std_ab,max_ab,rms_a,std_a,max_a,violations,held,"
     "gate_actions,stability,snaps,succeeded";
-constexpr const char* kAdded = "contacts,steady_ab,steady_a,snap_energy,snap_distance";
-
-std::vector<std::string> fieldsOf(const std::string& line) {
-  std::vector<std::string> fields{""};
-  for (const char c : line) {
-    if (c == ',')
-      fields.emplace_back();
-    else if (c != '\r')
-      fields.back() += c;
-  }
-  return fields;
-}
+constexpr const char* kAdded = "contacts,steady_ab,steady_a,snap_energy,snap_distance,reason";
 
 /** Fields of one row by the names of their columns. */
 class Fields {
  public:
   using Columns = std::map<std::string, std::size_t>;
   Fields(const std::string& line, std::string place, const Columns& columns)
-      : fields_(fieldsOf(line)), place_(std::move(place)), columns_(columns) {}
+      : fields_(config::csvFields(line)), place_(std::move(place)), columns_(columns) {}
   bool has(const std::string& column) const { return columns_.contains(column); }
   const std::string& text(const std::string& column) { return fields_[last_ = columns_.at(column)]; }
   template <class T>
@@ -118,6 +107,8 @@ TaskResult readRow(Fields& fields) {
   r.steady_a = fields.numberIfAny<double>("steady_a");
   r.snap_energy = fields.numberIfAny<double>("snap_energy");
   r.snap_distance = fields.numberIfAny<double>("snap_distance");
+  if (fields.has("reason"))
+    r.reason = fields.text("reason");
   // Before contacts were counted, a snap was no failure.
   const bool succeeded = fields.has("contacts") ? r.succeeded() : r.reached();
   if (fields.number<int>("succeeded") != (succeeded ? 1 : 0))
@@ -149,7 +140,8 @@ void writeResults(std::ostream& out, const std::vector<TaskResult>& results) {
       out << ',' << number(e.rms) << ',' << number(e.deviation) << ',' << number(e.max);
     out << ',' << r.violations << ',' << r.held << ',' << r.gate_actions << ',' << number(r.stability) << ',' << r.snaps
         << ',' << (r.succeeded() ? 1 : 0) << ',' << r.contacts << ',' << number(r.steady_ab) << ','
-        << number(r.steady_a) << ',' << number(r.snap_energy) << ',' << number(r.snap_distance) << '\n';
+        << number(r.steady_a) << ',' << number(r.snap_energy) << ',' << number(r.snap_distance) << ',' << r.reason
+        << '\n';
   }
 }
 
@@ -157,9 +149,9 @@ std::vector<TaskResult> readResults(std::istream& in, const std::string& origin)
   std::string line;
   std::getline(in, line);
   Fields::Columns columns;
-  for (const std::string& column : fieldsOf(line))
+  for (const std::string& column : config::csvFields(line))
     columns.emplace(column, columns.size());
-  for (const std::string& wanted : fieldsOf(std::string(kFront) + "," + kBack)) {
+  for (const std::string& wanted : config::csvFields(std::string(kFront) + "," + kBack)) {
     if (!columns.contains(wanted)) {
       throw std::invalid_argument(origin + ":1: found '" + line.substr(0, 60) +
                                   "', expected the header of a file of tandem montecarlo, with column " + wanted);

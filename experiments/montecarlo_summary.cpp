@@ -83,6 +83,8 @@ std::vector<MethodSummary> summarise(const std::vector<TaskResult>& results) {
     row.snaps += r.snaps;
     row.snap_energy += r.snap_energy;
     row.snap_distance = std::max(row.snap_distance, r.snap_distance);
+    if (r.outcome == Outcome::kRefused)
+      ++row.refusals[r.reason.empty() ? "reason unknown" : r.reason];
     if (!r.feasible) {
       ++row.infeasible;
       row.reported += r.outcome != Outcome::kCompleted ? 1 : 0;
@@ -176,6 +178,11 @@ std::string formatTable(const std::vector<MethodSummary>& rows, const std::vecto
         text += format("%s: %d snaps, released energy %.3g mJ, longest way of a tip %.2f mm\n",
                        std::string(control::name(row.method)).c_str(), row.snaps, 1e3 * row.snap_energy,
                        1e3 * row.snap_distance);
+    }
+    for (std::size_t i = first; i < end; ++i) {
+      for (const auto& [reason, count] : rows[i].refusals)
+        text +=
+            format("%s: %d refused: %s\n", std::string(control::name(rows[i].method)).c_str(), count, reason.c_str());
     }
     for (const MethodPair& pair : pairs) {
       if (pair.conditions == conditions)

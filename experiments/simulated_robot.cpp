@@ -4,6 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "config/arm_names.h"
 #include "robots/plant/plant.h"
 
 namespace tandem::experiments {
@@ -31,6 +32,7 @@ SimulatedRobot::SimulatedRobot(const config::Robot& robot,
                                const std::vector<Eigen::VectorXd>& start,
                                const LoopOptions& options)
     : model_(model),
+      names_(config::armList(robot)),
       period_(options.control_period),
       drives_(makeDrives(robot, start, options)),
       tips_(robots::makePlantTips(robot, options.plant)) {
@@ -96,7 +98,8 @@ void SimulatedRobot::updateTips() {
   for (int k = 0; k < model_.armCount(); ++k) {
     tips_.update(k, drives_.plant(k).tubes());
     if (!tips_.valid(k))
-      throw std::runtime_error("the plant: " + std::string(kinematics::describe(tips_.status(k))));
+      throw std::runtime_error("the plant of " + names_[static_cast<std::size_t>(k)] + ": " +
+                               std::string(kinematics::describe(tips_.status(k))));
   }
 }
 

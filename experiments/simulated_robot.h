@@ -57,6 +57,7 @@ class SimulatedRobot {
   void send(const sim::Command& command);
 
   const RobotModel& model_;
+  std::vector<std::string> names_;  ///< of the arms
   double period_;
   sim::SimulatedDrives drives_;
   sim::PlantTips tips_;

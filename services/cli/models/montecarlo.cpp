@@ -198,6 +198,7 @@ nlohmann::ordered_json monteCarloJson(const std::vector<ex::MethodSummary>& rows
     line["rms_a_mm"] = percentiles(row.a, 1e3);
     line["limit_violations"] = row.violations;
     line["gate_actions"] = row.gate_actions;
+    line["refusals"] = row.refusals;
     line["least_stability"] = row.stability;
     line["snaps"] = row.snaps;
     line["snap_energy_mJ"] = 1e3 * row.snap_energy;
