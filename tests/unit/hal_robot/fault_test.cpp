@@ -165,23 +165,6 @@ TEST(TorqueLimit, IsOffByDefault) {
   EXPECT_EQ(system.robot->arm(0).axis(1).driveNode().tpdos()[0].layout.size(), 2);
 }
 
-TEST(HardwareWatchdogs, DrivesStopByThemselvesWhenTheHalDies) {
-  System system;
-  ASSERT_TRUE(system.boot());
-  ASSERT_TRUE(system.enable());
-  system.move(0, speeds(4e-3, 0.3));
-  system.run(0.5);
-  system.hal_alive = false;
-  const ArmVector at_death = system.truth(0);
-  system.run(0.1 + 0.05);  // the drives' time-out, and the ramp
-  const ArmVector stopped = system.truth(0);
-  system.run(0.5);
-  EXPECT_LE(moved(stopped, system.truth(0)), 1e-6);
-  EXPECT_LE((stopped - at_death).head(3).cwiseAbs().maxCoeff(), 4e-3 * 0.15);
-  for (int joint = 0; joint < 6; ++joint)
-    EXPECT_NE(system.drive(0, joint).state(), sim::drives::DriveState::kEnabled);
-}
-
 TEST(HardwareWatchdogs, SilenceOfControlStopsTheArms) {
   System system;
   ASSERT_TRUE(system.boot());
@@ -204,25 +187,6 @@ TEST(HardwareWatchdogs, SilenceWhileSwitchingOnSwitchesOff) {
   system.run(1.0);
   EXPECT_TRUE(system.robot->off());
   EXPECT_TRUE(system.all(OperatingState::kDisabled));
-}
-
-TEST(HardwareWatchdogs, TheStopTopicStopsInEveryState) {
-  for (const bool enabled : {false, true}) {
-    System system;
-    ASSERT_TRUE(system.boot());
-    ASSERT_TRUE(!enabled || system.enable());
-    system.move(0, speeds(4e-3, 0.3));
-    system.run(0.3);
-    system.robot->stop();
-    const ArmVector at_stop = system.truth(0);
-    EXPECT_TRUE(system.until(1.0, [&] { return system.robot->off(); }));
-    EXPECT_TRUE(system.all(OperatingState::kFault));
-    EXPECT_LE((system.truth(0) - at_stop).head(3).cwiseAbs().maxCoeff(), 1e-3);
-    system.hold();
-    system.request(DriveRequest::kDisable);
-    EXPECT_TRUE(system.until(0.5, [&] { return system.all(OperatingState::kDisabled); }))
-        << "no hardware failed: no boot is needed";
-  }
 }
 
 TEST(HardwareWatchdogs, ACommandForAnotherRobotStopsArmsThatHavePower) {

@@ -38,6 +38,17 @@ inline HardwareConfig presetHardware() {
   return config;
 }
 
+/// Drives in cyclic velocity mode.
+inline HardwareConfig velocityHardware() {
+  HardwareConfig config = presetHardware();
+  for (AxisConfig& axis : config.axes) {
+    axis.mode = DriveMode::kCyclicVelocity;
+    axis.velocity_gain = 20.0;
+    axis.following_error = axis.translation ? 1e-3 : 0.1;
+  }
+  return config;
+}
+
 /// Linear stages of arm A search their negative limit switch; all other joints keep their absolute encoders.
 inline HardwareConfig homingHardware() {
   HardwareConfig config = presetHardware();

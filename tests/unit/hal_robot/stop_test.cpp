@@ -47,16 +47,6 @@ ArmVector oneJoint(double speed) {
   return v;
 }
 
-HardwareConfig velocityHardware() {
-  HardwareConfig config = presetHardware();
-  for (AxisConfig& axis : config.axes) {
-    axis.mode = DriveMode::kCyclicVelocity;
-    axis.velocity_gain = 20.0;
-    axis.following_error = axis.translation ? 1e-3 : 0.1;
-  }
-  return config;
-}
-
 /// The arm's linear stages fall without torque and brake.
 HardwareConfig brakedHardware() {
   HardwareConfig config = presetHardware();

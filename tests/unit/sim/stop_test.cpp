@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Each stop cause: stop within its budget, latched faults, clearing. */
+#include <functional>
+
 #include "tests/unit/sim/drives_fixture.h"
 
 namespace tandem::test {
@@ -48,13 +50,28 @@ TEST_F(Stop, SilenceStopsAtTheEndOfTheSegmentAndLatchesAfterTheBudget) {
 }
 
 TEST_F(Stop, StopTopicStopsWithinTheRampInEveryState) {
-  bringToSpeed();
-  drives.stop();
-  timeToStand(kStopTime);
-  expectLatchedAndClearedOnlyByDisable(bit(Fault::kStopRequested));
-  request(DriveRequest::kDisable);
-  drives.stop();
-  expectFault(bit(Fault::kStopRequested));
+  const std::function<void()> states[] = {[&] { bringToSpeed(); },
+                                          [&] {
+                                            bringToSpeed();
+                                            request(DriveRequest::kPause);
+                                          },
+                                          [&] {
+                                            bringToSpeed();
+                                            request(DriveRequest::kPause);
+                                            timeToStand(kStopTime);
+                                            EXPECT_EQ(drives.state(0), OperatingState::kPaused);
+                                          },
+                                          [&] {
+                                            request(DriveRequest::kDisable);
+                                            timeToStand(kStopTime);
+                                            EXPECT_EQ(drives.state(0), OperatingState::kDisabled);
+                                          }};
+  for (const auto& enter : states) {
+    enter();
+    drives.stop();
+    timeToStand(kStopTime);
+    expectLatchedAndClearedOnlyByDisable(bit(Fault::kStopRequested));
+  }
 }
 
 TEST_F(Stop, ACommandForAnotherRobotStopsArmsThatHavePower) {
