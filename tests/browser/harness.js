@@ -87,10 +87,10 @@ class Robot {
   states(state) {
     return this.until(`${state} of all arms`, (s) => s.arms.every((arm) => arm.operating_state === state));
   }
-  async moves(what) {
+  async moves(what, timeout = kTimeout) {
     const from = (await this.until(`be there before ${what}`, () => true)).arms.map((arm) => arm.joints);
     const far = (s) => Math.max(...s.arms.flatMap((arm, k) => arm.joints.map((q, j) => Math.abs(q - from[k][j]))));
-    return this.until(`move: ${what}`, (s) => far(s) > 1e-4);
+    return this.until(`move: ${what}`, (s) => far(s) > 1e-4, timeout);
   }
   /** Waits until no joint has moved for `quiet` ms. @returns ms from `since` (of monotonic()) to the last observed change. */
   async stands(what, since, quiet = 700) {

@@ -244,6 +244,7 @@ async function main() {
   const rates = [];
   for (const [name, scene] of Object.entries({
     ...scenes,
+    ...require("./jog.js")({ robot: () => robot, me: () => me, enable }),
     ...require("./hands.js")({ robot: () => robot, me: () => me, enable, shot, setting }),
   })) {
     if (only.length > 0 && !only.some((word) => name.includes(word))) continue;

@@ -10,6 +10,7 @@ import { maxJointsPerArm } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { whyNotMove } from "./context";
 import { h, setAttribute, setClass, setText, setUsable, action } from "./dom";
+import { Hold } from "./hold";
 import { degrees, millimetres } from "../state/numbers";
 
 const kJogTranslation = 0.002; // m/s
@@ -31,7 +32,7 @@ interface Bar {
 export class Bars implements Panel {
   readonly element: HTMLElement;
   private readonly bars: Bar[] = [];
-  private jogging: { bar: Bar; timer: ReturnType<typeof setInterval> } | null = null;
+  private readonly holds: Hold[] = [];
 
   constructor(private readonly c: Context) {
     const arms = c.robot.arms.map((arm, k) => {
@@ -45,8 +46,6 @@ export class Bars implements Panel {
       );
     });
     this.element = h("section.bars", { "aria-label": "Actuators and their moving limits" }, ...arms);
-    for (const event of ["blur", "pagehide"]) window.addEventListener(event, () => this.end());
-    document.addEventListener("visibilitychange", () => this.end());
   }
 
   private makeBar(arm: number, joint: number, of: Joint, reach: number): HTMLElement {
@@ -89,15 +88,24 @@ export class Bars implements Panel {
     const speed = bar.translation ? `${1000 * kJogTranslation} mm/s` : "10 °/s";
     const button = action(sign < 0 ? "−" : "+", `Hold to jog at ${speed}`, () => {}, "jog");
     button.setAttribute("aria-label", `Hold to jog ${said} ${sign < 0 ? "down" : "up"}`);
-    const begin = (): void => this.begin(bar, sign);
-    const end = (): void => this.end();
-    button.addEventListener("pointerdown", begin);
-    button.addEventListener(
-      "keydown",
-      (event) => (event.key === "Enter" || event.key === " ") && !event.repeat && begin(),
+    const { robot, commander } = this.c;
+    const joints = robot.arms[bar.arm]!.joints.map((_, j) =>
+      j !== bar.joint ? 0 : sign * (bar.translation ? kJogTranslation : kJogRotation),
     );
-    for (const name of ["pointerup", "pointercancel", "pointerleave", "keyup", "blur"])
-      button.addEventListener(name, end);
+    const ask = async (): Promise<void> => {
+      if (this.why(performance.now()) !== "") return hold.end();
+      const answer = await commander.jog(bar.arm, joints);
+      if (answer.accepted || !hold.active) return;
+      this.c.messages.add("bad", `Jog refused: ${answer.reason}`);
+      hold.end();
+    };
+    const hold = new Hold(button, {
+      // Each request is valid for the larger of the teleoperation budget and two periods.
+      period: 400 * Math.max(robot.budgets.teleoperation, 2 * robot.control.period),
+      ask: () => void ask(),
+      end: () => void commander.hold(),
+    });
+    this.holds.push(hold);
     return button;
   }
 
@@ -109,37 +117,11 @@ export class Bars implements Panel {
     return whyNotMove(this.c, now) || (enabled ? "" : "The arms must be ENABLED.");
   }
 
-  private begin(bar: Bar, sign: number): void {
-    if (this.jogging || this.why(performance.now()) !== "") return;
-    const { robot, commander } = this.c;
-    const joints = robot.arms[bar.arm]!.joints.map((_, j) =>
-      j !== bar.joint ? 0 : sign * (bar.translation ? kJogTranslation : kJogRotation),
-    );
-    const ask = async (): Promise<void> => {
-      if (this.why(performance.now()) !== "") return this.end();
-      const answer = await commander.jog(bar.arm, joints);
-      if (!answer.accepted) {
-        this.c.messages.add("bad", `Jog refused: ${answer.reason}`);
-        this.end();
-      }
-    };
-    // Each request is valid for the larger of the teleoperation budget and two periods.
-    const repeat = 400 * Math.max(robot.budgets.teleoperation, 2 * robot.control.period);
-    this.jogging = { bar, timer: setInterval(() => void ask(), repeat) };
-    void ask();
-  }
-  private end(): void {
-    if (!this.jogging) return;
-    clearInterval(this.jogging.timer);
-    this.jogging = null;
-    void this.c.commander.hold();
-  }
-
   update(now: number): void {
     const { world } = this.c;
     const limits = world.moving();
     const why = this.why(now);
-    if (why !== "") this.end();
+    if (why !== "") for (const hold of this.holds) hold.end();
     const old = world.stale(world.limits, now);
     for (const bar of this.bars) {
       for (const jog of bar.jogs) setUsable(jog, why);

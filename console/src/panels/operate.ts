@@ -6,6 +6,7 @@ import { Action, EmergencyStop } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { order, whyNotCommand, whyNotMove } from "./context";
 import { action, card, h, setAttribute, setShown, setText, setUsable } from "./dom";
+import { Hold } from "./hold";
 
 const kRepeat = 200; // ms: the drives home while the request is repeated
 
@@ -22,7 +23,6 @@ export class Operate implements Panel {
   private readonly commands: [HTMLButtonElement, StateCommand][];
   private readonly home: HTMLButtonElement;
   private readonly reference: HTMLButtonElement;
-  private homing: ReturnType<typeof setInterval> | undefined;
 
   constructor(private readonly c: Context) {
     this.faults = c.robot.arms.map((arm) => h("div.fault", { hidden: true, role: "alert", "data-fault": arm.name }));
@@ -62,32 +62,15 @@ export class Operate implements Panel {
       "Run the homing procedures of drives without absolute encoders while this is held",
       () => {},
     );
-    const begin = (): void => {
-      if (element.getAttribute("aria-disabled") === "true" || this.homing !== undefined) return;
-      const ask = async (): Promise<void> => {
-        const answer = await this.c.commander.homeDrives();
-        if (!answer.accepted) this.c.messages.add("bad", `Homing refused: ${answer.reason}`);
-        if (!answer.accepted || answer.value !== 0) {
-          if (answer.value !== 0) this.c.messages.add("done", "All joints are homed");
-          end();
-        }
-      };
-      this.homing = setInterval(() => void ask(), kRepeat);
-      void ask();
+    const ask = async (): Promise<void> => {
+      const answer = await this.c.commander.homeDrives();
+      if (!hold.active || (answer.accepted && answer.value === 0)) return;
+      if (!answer.accepted) this.c.messages.add("bad", `Homing refused: ${answer.reason}`);
+      if (answer.value !== 0) this.c.messages.add("done", "All joints are homed");
+      hold.end();
     };
-    const end = (): void => {
-      clearInterval(this.homing);
-      this.homing = undefined;
-    };
-    element.addEventListener("pointerdown", begin);
-    element.addEventListener(
-      "keydown",
-      (event) => (event.key === "Enter" || event.key === " ") && !event.repeat && begin(),
-    );
-    for (const name of ["pointerup", "pointercancel", "pointerleave", "keyup", "blur"])
-      element.addEventListener(name, end);
-    window.addEventListener("blur", end);
-    document.addEventListener("visibilitychange", end);
+    // Without further requests the HAL ends the homing run by itself.
+    const hold = new Hold(element, { period: kRepeat, ask: () => void ask(), end: () => {} });
     return element;
   }
 

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+/** Buttons that act while they are held: one press of the main pointer button, or Enter or space. */
+import { usable } from "./dom";
+
+/** Longest time between two repetitions, ms; a page that hangs for longer cannot tell whether the button is still held. */
+const kGap = 150;
+
+export interface Held {
+  /** ms between two calls of `ask` */
+  period: number;
+  ask(): void;
+  end(): void;
+}
+
+/** While a button is held, `ask` is called at once and then periodically. Anything that may hide its release ends it: another button,
+ * finger or key, a menu, a lost capture or focus, a hidden page, a gap of the timer. */
+export class Hold {
+  private timer: ReturnType<typeof setInterval> | undefined;
+  private last = 0;
+  private pointer: number | undefined;
+
+  constructor(
+    button: HTMLButtonElement,
+    private readonly held: Held,
+  ) {
+    const end = (): void => this.end();
+    button.addEventListener("pointerdown", (event) => {
+      if (event.button !== 0 || !event.isPrimary || event.ctrlKey || !usable(button)) return;
+      this.begin(event.pointerId);
+    });
+    button.addEventListener("keydown", (event) => {
+      if ((event.key === "Enter" || event.key === " ") && !event.repeat && usable(button)) this.begin(undefined);
+    });
+    for (const name of ["pointerup", "pointercancel", "pointerleave", "lostpointercapture", "keyup", "blur"])
+      button.addEventListener(name, end);
+    for (const name of ["blur", "pagehide", "contextmenu"]) window.addEventListener(name, end, true);
+    document.addEventListener("visibilitychange", end);
+    window.addEventListener("pointerdown", (event) => event.pointerId !== this.pointer && this.end(), true);
+    window.addEventListener("mousedown", (event) => event.button !== 0 && this.end(), true);
+    window.addEventListener("keydown", (event) => !event.repeat && this.end(), true);
+  }
+
+  get active(): boolean {
+    return this.timer !== undefined;
+  }
+  end(): void {
+    if (this.timer === undefined) return;
+    clearInterval(this.timer);
+    this.timer = undefined;
+    this.held.end();
+  }
+
+  private begin(pointer: number | undefined): void {
+    this.end();
+    this.pointer = pointer;
+    this.last = performance.now();
+    this.timer = setInterval(() => this.repeat(), this.held.period);
+    this.held.ask();
+  }
+  private repeat(): void {
+    const now = performance.now();
+    if (now - this.last > Math.max(kGap, 2 * this.held.period)) return this.end();
+    this.last = now;
+    this.held.ask();
+  }
+}

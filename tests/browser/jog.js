@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes of jogging: a joint moves while its button is held by one press, and anything that may hide the release ends it.
+"use strict";
+const assert = require("node:assert");
+const { monotonic } = require("./harness.js");
+
+const kButtons = '[aria-label^="Hold to jog"][aria-label$="of arm A up"]';
+
+module.exports = ({ robot, me, enable }) => {
+  const page = () => me().page;
+  async function place() {
+    await enable();
+    await me().tab("operate");
+    const button = page().locator(kButtons).nth(3); // the innermost tube's roll, which has no limits
+    await button.scrollIntoViewIfNeeded();
+    await page().waitForFunction((e) => e.getAttribute("aria-disabled") === "false", await button.elementHandle());
+    const box = await button.boundingBox();
+    return [box.x + box.width / 2, box.y + box.height / 2];
+  }
+  /** Presses until the joint moves: on a busy machine a press may end by the gap of its timer. */
+  async function hold() {
+    const [x, y] = await place();
+    await page().mouse.move(x, y);
+    for (let attempt = 0; ; ++attempt) {
+      await page().mouse.down();
+      try {
+        await robot().moves("a jog button is held", 5000);
+        return [x, y];
+      } catch (error) {
+        await page().mouse.up();
+        if (attempt === 10) throw error;
+      }
+    }
+  }
+  /** The joint stands although nothing was released. */
+  async function ends(how, cut, release = () => page().mouse.up()) {
+    const [x, y] = await hold();
+    const since = monotonic();
+    await cut(x, y);
+    const took = await robot().stands(how, since);
+    console.log(`    ${how}: the joint moved ${took.toFixed(0)} ms longer, as seen every 100 ms`);
+    assert.ok(took < 1500, `${how}: the joint moved for ${took} ms`);
+    await release();
+    await page().keyboard.press("Shift"); // a menu, if there is one, closes
+  }
+
+  return {
+    async "a right click on a jog button moves nothing"() {
+      const [x, y] = await place();
+      const since = monotonic();
+      await page().mouse.move(x, y);
+      await page().mouse.down({ button: "right" });
+      await robot().stands("a right click", since, 1500);
+      assert.ok(robot().changed < since, "the joint moved");
+      await page().mouse.up({ button: "right" });
+      await page().keyboard.press("Escape");
+      await robot().until("stop by Esc", (s) => s.arms.every((arm) => arm.operating_state === "FAULT"));
+    },
+
+    async "a jog ends with the press, whatever hides its release"() {
+      await ends(
+        "letting go",
+        () => page().mouse.up(),
+        () => {},
+      );
+      await ends("another button of the mouse", async () => {
+        await page().mouse.down({ button: "right" });
+        await page().mouse.up({ button: "right" });
+      });
+      await ends("a menu", () =>
+        page().evaluate(() => document.body.dispatchEvent(new Event("contextmenu", { bubbles: true }))),
+      );
+      await ends("a second pointer", () =>
+        page().evaluate(() =>
+          document.body.dispatchEvent(
+            new PointerEvent("pointerdown", { bubbles: true, pointerId: 7, pointerType: "touch" }),
+          ),
+        ),
+      );
+      await ends("a key", () => page().keyboard.press("Tab"));
+      await ends("leaving the button", (x, y) => page().mouse.move(x + 300, y + 200));
+    },
+
+    async "a jog does not outlive a page that hangs"() {
+      await hold();
+      const since = monotonic();
+      await page().evaluate(() => {
+        const end = performance.now() + 700;
+        while (performance.now() < end);
+      });
+      await robot().stands("the page has hung, and the button is still down", since);
+      await page().mouse.up();
+    },
+  };
+};
