@@ -18,6 +18,7 @@ import { View } from "./scene/view";
 import { Clock } from "./state/clock";
 import { Commander } from "./state/commander";
 import type { Robot } from "./state/robot";
+import { ServerClock } from "./state/server";
 import { World } from "./state/world";
 import { Devices } from "./teleop/devices";
 import { Pilot } from "./teleop/pilot";
@@ -50,7 +51,8 @@ export class App {
       this.c.pilot.gate.allow("lease", false);
       this.c.pilot.arm(false);
     });
-    const world = new World(robot, link);
+    const server = new ServerClock();
+    const world = new World(robot, link, server);
     const pilot = new Pilot(robot, world, link, commander, (held) => place.classList.toggle("held", held));
     this.c = { robot, world, link, commander, pilot, messages };
     world.taps.status.push((status) => commander.received(status));
@@ -92,6 +94,7 @@ export class App {
     this.panels = [header, operate, run, method, ...(hands ? [hands] : []), bars, charts, this.hud, this.health];
     for (const warning of robot.warnings) messages.add("bad", warning);
     clock.start();
+    server.start();
     link.open();
     const frame = (): void => {
       this.frame();

@@ -84,7 +84,7 @@ Answer answer(Context& context, const Request& request) {
     return refuse(context, decision.status, decision.why);
   const auto json = context.api(std::string_view(request.path).substr(4), *decision.role);
   if (!json)
-    return refuse(context, 404, "expected /api/robot, /api/trajectories or /api/stats");
+    return refuse(context, 404, "expected /api/robot, /api/trajectories, /api/stats or /api/clock");
   return {200, "application/json", *json, {{"Cache-Control", "no-store"}}};
 }
 

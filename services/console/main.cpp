@@ -110,6 +110,8 @@ class Console {
     }
     if (path == "/trajectories")
       return trajectories_;
+    if (path == "/clock")
+      return nlohmann::json{{"now_ms", 1e-6 * static_cast<double>(runtime::wallNow())}}.dump();
     if (path == "/stats")
       return statistics();
     return std::nullopt;

@@ -3,6 +3,7 @@
 "use strict";
 const assert = require("node:assert");
 const { spawn, spawnSync } = require("node:child_process");
+const net = require("node:net");
 const path = require("node:path");
 const readline = require("node:readline");
 const { chromium } = require("playwright-core");
@@ -38,6 +39,34 @@ class Server {
   async kill(signal = "SIGKILL") {
     this.process.kill(signal);
     await this.ended;
+  }
+}
+
+/** A proxy in front of the server that holds back what the server sends for `delay` ms, in order. */
+class SlowLink {
+  constructor(server) {
+    this.delay = 0;
+    this.listener = net.createServer((client) => {
+      const upstream = net.connect(server.setting.port, "127.0.0.1");
+      let last = 0;
+      upstream.on("data", (chunk) => {
+        last = Math.max(last, monotonic() + this.delay);
+        setTimeout(() => client.write(chunk), last - monotonic());
+      });
+      client.on("data", (chunk) => upstream.write(chunk));
+      for (const [one, other] of [
+        [client, upstream],
+        [upstream, client],
+      ])
+        for (const end of ["close", "error"]) one.on(end, () => other.destroy());
+    });
+  }
+  async start() {
+    await new Promise((ready) => this.listener.listen(0, "127.0.0.1", ready));
+    return `http://127.0.0.1:${this.listener.address().port}`;
+  }
+  close() {
+    this.listener.close();
   }
 }
 
@@ -205,4 +234,4 @@ class Operator {
 
 const differing = (a, b) => a.grey.reduce((count, value, k) => count + (Math.abs(value - b.grey[k]) > 60 ? 1 : 0), 0);
 
-module.exports = { Operator, Robot, Server, differing, monotonic };
+module.exports = { Operator, Robot, Server, SlowLink, differing, monotonic };

@@ -3,7 +3,7 @@
 "use strict";
 const assert = require("node:assert");
 const path = require("node:path");
-const { Operator, Robot, Server, differing, monotonic } = require("./harness.js");
+const { Operator, Robot, Server, SlowLink, differing, monotonic } = require("./harness.js");
 
 const setting = JSON.parse(process.argv[2]);
 const only = process.argv.slice(3);
@@ -207,6 +207,29 @@ const scenes = {
       process.kill(setting.pids.control, "SIGCONT");
     }
     await me.state("#link", "live");
+  },
+
+  async "data that a link holds back is old, commands are locked, and stop still stops"() {
+    await run();
+    const link = new SlowLink(server);
+    const other = await Operator.open(browser, await link.start());
+    assert.strictEqual(await other.page.getAttribute("#link", "data-state"), "live");
+    link.delay = 3000;
+    try {
+      await other.state("#link", "stale");
+      await other.text("#link", /OLD DATA · [2-9]\.\d s old/);
+      await other.text("#curtain", /The link holds messages back.*Commands are disabled/);
+      assert.strictEqual(await other.page.getAttribute("#disable", "aria-disabled"), "true");
+      await other.text("#lease", /Control: unknown/);
+      await shot("console-old-data", other);
+      await other.page.keyboard.press("Escape");
+      await robot.until("stop", stoppedByRequest);
+      link.delay = 0;
+      await other.state("#link", "live");
+    } finally {
+      await other.page.context().close();
+      link.close();
+    }
   },
 
   async "the server is killed during a run and comes back: nothing moves"() {

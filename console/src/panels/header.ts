@@ -52,12 +52,13 @@ export class Header implements Panel {
 
   update(now: number): void {
     const { link, world, robot, commander } = this.c;
-    const old = age(world.status.at, now);
+    const old = world.age(world.status, now);
     const live = world.live(now);
-    const drives = age(world.hal.at, now);
+    const drives = world.age(world.hal, now);
     const late = staleAfter(Math.max(robot.control.period, robot.status_period));
     let text = `◉ LIVE ${robot.lock_step ? "· lock-step" : ""}`;
     if (link.state !== "open") text = `✕ NO LINK · ${ageText(age(link.receivedAt, now))}`;
+    else if (old > late && now - world.status.at < late) text = `◔ OLD DATA · ${ageText(old)}`;
     else if (old > late) text = `◔ NO DATA FROM CONTROL · ${ageText(old)}`;
     else if (!live) text = `◔ NO DATA FROM DRIVES · ${ageText(drives)}`;
     setText(this.link, text);

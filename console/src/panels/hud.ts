@@ -98,13 +98,15 @@ export class Hud implements Panel {
     setClass(this.element.parentElement ?? this.element, "past", !live);
     setShown(this.curtain, !live);
     if (!live) {
-      const old = ageText(age(world.status.at < 0 ? link.receivedAt : world.status.at, now));
+      const old = ageText(world.status.at < 0 ? age(link.receivedAt, now) : world.age(world.status, now));
       const what =
         link.state !== "open"
           ? "No connection to the server"
           : world.status.at < 0
             ? "Waiting for control"
-            : "No messages from the robot's processes";
+            : link.receivedAt - world.status.at < 500
+              ? "The link holds messages back, or the clocks are not compared yet"
+              : "No messages from the robot's processes";
       setText(this.curtain, `${what}. Last data: ${old}. Commands are disabled.`);
     }
     const bodies = world.clearances()?.bodies ?? [];

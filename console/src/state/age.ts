@@ -7,8 +7,6 @@ export const staleAfter = (period: number): number => Math.max(500, 5000 * perio
 /** ms since `at`; infinite if nothing was ever received. */
 export const age = (at: number, now: number): number => (at < 0 ? Infinity : Math.max(0, now - at));
 
-export const isStale = (at: number, now: number, period: number): boolean => age(at, now) > staleAfter(period);
-
 export function ageText(milliseconds: number): string {
   if (!Number.isFinite(milliseconds)) return "never received";
   if (milliseconds < 1000) return `${Math.round(milliseconds)} ms old`;

@@ -15,8 +15,9 @@ import type {
   RunSummary,
   Shape,
 } from "../wire/messages";
-import { isStale } from "./age";
+import { staleAfter } from "./age";
 import type { Robot } from "./robot";
+import type { ServerClock } from "./server";
 import { whyNot } from "./descriptions";
 
 export interface ArmSlots {
@@ -51,6 +52,7 @@ export class World {
   constructor(
     readonly robot: Robot,
     readonly link: Link,
+    readonly server: ServerClock,
   ) {
     const topic = (name: string): string => `/${robot.prefix}/${name}`;
     this.status = link.subscribe<ControlStatus>(topic("control/status"), (m) => this.taps.status.forEach((f) => f(m)));
@@ -96,7 +98,11 @@ export class World {
   live(now: number): boolean {
     return this.link.state === "open" && !this.stale(this.status, now) && !this.stale(this.hal, now);
   }
+  /** ms since the server received the last sample, at most; infinite if none came, or while the clocks are not compared. */
+  age(slot: Slot, now: number): number {
+    return slot.at < 0 ? Infinity : this.server.age(slot.time, now);
+  }
   stale(slot: Slot, now: number): boolean {
-    return isStale(slot.at, now, Math.max(this.robot.control.period, this.robot.status_period));
+    return this.age(slot, now) > staleAfter(Math.max(this.robot.control.period, this.robot.status_period));
   }
 }

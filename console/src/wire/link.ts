@@ -12,6 +12,8 @@ export type LinkState = "connecting" | "open" | "closed";
 export class Slot {
   /** performance.now() of the last sample; -1: none since the connection. */
   at = -1;
+  /** When the server received it, by its clock, ms since 1970. */
+  time = 0;
   count = 0;
   bytes = 0;
   private frame: DataView | null = null;
@@ -24,8 +26,9 @@ export class Slot {
     private readonly broken: (why: string) => void,
   ) {}
 
-  put(payload: DataView, now: number): void {
+  put(payload: DataView, now: number, time: number): void {
     this.at = now;
+    this.time = time;
     this.count += 1;
     this.bytes += payload.byteLength;
     this.frame = payload;
@@ -175,7 +178,10 @@ export class Link {
     this.receivedAt = performance.now();
     if (typeof data !== "string") {
       const message = parseBinary(data);
-      if (message) this.bySubscription.get(message.subscription)?.put(message.payload, this.receivedAt);
+      if (message)
+        this.bySubscription
+          .get(message.subscription)
+          ?.put(message.payload, this.receivedAt, 1e-6 * Number(message.logTime));
       return;
     }
     const text = parseText(data);
