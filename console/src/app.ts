@@ -18,6 +18,7 @@ import { View } from "./scene/view";
 import { Clock } from "./state/clock";
 import { Commander } from "./state/commander";
 import type { Robot } from "./state/robot";
+import { fetchJson } from "./state/robot";
 import { ServerClock } from "./state/server";
 import { World } from "./state/world";
 import { Devices } from "./teleop/devices";
@@ -36,13 +37,19 @@ export class App {
   private readonly drawing: Drawing;
   private readonly hud: Hud;
   private readonly health: Health;
+  private ended = false;
   private frames = 0;
   private shownAt = 0;
   private measuredAt = performance.now();
 
-  constructor(root: HTMLElement, robot: Robot, url: string) {
+  constructor(
+    private readonly root: HTMLElement,
+    robot: Robot,
+    url: string,
+  ) {
     const messages = new Messages();
-    const link = new Link(url, {
+    const link = new Link(url, robot.session, {
+      again: () => this.again(),
       state: (state, reason) => this.linked(state, reason),
       status: (level, message) => messages.add(level > 0 ? "bad" : "info", `Server: ${message}`),
     });
@@ -97,10 +104,30 @@ export class App {
     server.start();
     link.open();
     const frame = (): void => {
+      if (this.ended) return;
       this.frame();
       requestAnimationFrame(frame);
     };
     requestAnimationFrame(frame);
+  }
+
+  /** Whether the server still serves the robot of this page: its session; null if not, and the page is over. */
+  private async again(): Promise<string | null> {
+    const { robot } = this.c;
+    const found = await fetchJson<Robot>("/api/robot");
+    if (found.fingerprint === robot.fingerprint && found.prefix === robot.prefix && found.role === robot.role)
+      return found.session;
+    this.ended = true;
+    this.root.replaceChildren(
+      h(
+        "div.boot",
+        { role: "alert", id: "exchanged" },
+        h("p", {}, `Another system answers here now: ${found.robot} · ${found.deployment}.`),
+        h("p", {}, `This page was for ${robot.robot} · ${robot.deployment}. Nothing of it is shown or sent any more.`),
+        h("button", { type: "button", id: "reload", onclick: () => window.location.reload() }, "Load its page"),
+      ),
+    );
+    return null;
   }
 
   private linked(state: string, reason: string): void {

@@ -105,6 +105,7 @@ class Console {
   std::optional<std::string> answer(std::string_view path, dds::Role role) {
     if (path == "/robot") {
       nlohmann::ordered_json robot = robot_;
+      robot["session"] = std::to_string(setup_.session);
       robot["role"] = role == dds::Role::kConsoleOperator ? "operator" : "viewer";
       return robot.dump();
     }

@@ -2,6 +2,7 @@
 // page.js SETTING [SCENE...]: scenes of an operator at the page; SETTING is JSON, passed by page_test.py.
 "use strict";
 const assert = require("node:assert");
+const fs = require("node:fs");
 const path = require("node:path");
 const { Operator, Robot, Server, SlowLink, differing, monotonic } = require("./harness.js");
 
@@ -254,6 +255,33 @@ const scenes = {
     await robot.stands("after the server is back", monotonic());
     assert.ok(robot.changed < back, "a joint moved after the link was back");
     await enable(); // the operator continues from there
+  },
+
+  async "another robot at the same address empties the page and asks"() {
+    await run();
+    await server.kill();
+    await me.state("#link", "lost");
+    const other = path.join(path.dirname(setting.deployment), "other.yaml");
+    const text = fs.readFileSync(setting.deployment, "utf8").replace(/^robot: .*$/m, `robot: ${setting.other}`);
+    fs.writeFileSync(other, text.replace(/^prefix: .*$/m, "prefix: other"));
+    const exchanged = new Server({ ...setting, deployment: other });
+    await exchanged.start();
+    try {
+      await me.text("#exchanged", /Another system answers here now: ark2024-as-printed · laptop/);
+      assert.strictEqual(await me.page.$("#stop"), null);
+      await me.page.keyboard.press("Escape");
+      await shot("console-exchanged");
+      await me.page.click("#reload");
+      await me.text(".brand", /ark2024-as-printed/);
+    } finally {
+      await exchanged.kill("SIGTERM");
+      await server.start();
+    }
+    await me.text("#exchanged", /Another system answers here now: ark2024 · laptop/);
+    await me.page.click("#reload");
+    await me.state("#link", "live");
+    await robot.stands("after two exchanges", monotonic());
+    await enable();
   },
 };
 

@@ -31,6 +31,7 @@ class Operated(system.SystemTest):
         self.addCleanup(robot.close)
         setting = {"bin": str(pathlib.Path(system.executable()).parent), "deployment": str(robot.path),
                    "port": system.free_port(), "page": os.environ["TANDEM_PAGE"], "artifacts": str(artifacts), "pids": robot.pids,
+                   "other": str(system.PRESETS / "robots" / "ark2024-as-printed.yaml"),
                    "browser": os.environ.get("TANDEM_CHROMIUM", "/usr/bin/chromium")}
         operator = subprocess.run(["node", str(HERE / script), json.dumps(setting), *words], timeout=360, check=False)
         self.assertEqual(operator.returncode, 0, f"the operator was not content; screenshots are in {artifacts}")

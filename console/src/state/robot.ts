@@ -65,6 +65,8 @@ export interface Robot {
   robot: string;
   /** Of robot and deployment, 16 hexadecimal digits: part of every request. */
   fingerprint: string;
+  /** Of the server: new at every start. */
+  session: string;
   role: string;
   arms: Arm[];
   object: GraspedObject | null;

@@ -64,6 +64,8 @@ interface Publisher {
 export interface LinkEvents {
   state(state: LinkState, reason: string): void;
   status(level: number, message: string): void;
+  /** Before each further connection. @returns the session of the server that answers now, or null to end the link for ever */
+  again(): Promise<string | null>;
 }
 
 const kRetryFirst = 250; // ms
@@ -88,6 +90,8 @@ export class Link {
 
   constructor(
     private readonly url: string,
+    /** Of the server that the page describes; another one is not listened to. */
+    private session: string,
     private readonly events: LinkEvents,
   ) {}
 
@@ -117,8 +121,7 @@ export class Link {
       this.bySubscription.clear();
       for (const slot of this.slots.values()) slot.clear();
       this.change("closed", reason);
-      setTimeout(() => this.open(), this.retry);
-      this.retry = Math.min(2 * this.retry, kRetryMost);
+      this.later();
     };
     // Closing a socket whose peer is unreachable can take arbitrarily long: do not wait for it.
     const abandon = (reason: string): void => {
@@ -142,10 +145,29 @@ export class Link {
       this.change("open", "");
     };
     socket.onmessage = (event) => {
-      if (this.socket === socket) this.received(event.data as string | ArrayBuffer);
+      if (this.socket !== socket) return;
+      const server = this.received(event.data as string | ArrayBuffer);
+      if (server !== this.session) abandon("another server answers");
     };
     socket.onclose = (event) =>
       closed(event.reason || (opened ? "connection to the server closed" : "the server does not answer"));
+  }
+
+  /** Opens the link again after a pause, unless another robot answers. */
+  private later(): void {
+    const pause = this.retry;
+    this.retry = Math.min(2 * this.retry, kRetryMost);
+    const open = async (): Promise<void> => {
+      try {
+        const session = await this.events.again();
+        if (session === null) return;
+        this.session = session;
+        this.open();
+      } catch {
+        this.later(); // no server answers
+      }
+    };
+    setTimeout(() => void open(), pause);
   }
 
   /** @returns false if it could not be sent; messages are not queued. */
@@ -174,7 +196,8 @@ export class Link {
     this.events.state(state, reason);
   }
 
-  private received(data: string | ArrayBuffer): void {
+  /** @returns session of the server */
+  private received(data: string | ArrayBuffer): string {
     this.receivedAt = performance.now();
     if (typeof data !== "string") {
       const message = parseBinary(data);
@@ -182,11 +205,12 @@ export class Link {
         this.bySubscription
           .get(message.subscription)
           ?.put(message.payload, this.receivedAt, 1e-6 * Number(message.logTime));
-      return;
+      return this.session;
     }
     const text = parseText(data);
     if (text?.op === "advertise") text.channels.forEach((channel) => this.take(channel));
     if (text?.op === "status") this.events.status(text.level, text.message);
+    return text?.op === "serverInfo" ? (text.sessionId ?? "") : this.session;
   }
 
   private take(channel: ServerChannel): void {
