@@ -109,9 +109,22 @@ const scenes = {
     await me.press("#run-pause");
     await me.text("#progress", /paused/);
     await robot.stands("a pause", monotonic());
-    await me.press("#run-resume");
-    await me.text("#progress", /running/);
+    const paused = monotonic();
+    await me.press("#run-resume"); // a click is not enough
+    assert.match(await me.page.getAttribute("#run-resume", "title"), /continues the trajectory from point \d+ of 100/);
+    await robot.stands("a click on resume", paused);
+    await me.hold("#run-resume", me.text("#progress", /running/));
     await robot.moves("after the pause");
+    await me.press("#pause");
+    await robot.states("PAUSED");
+    await me.text("#progress", /waits for the PAUSED arms/);
+    await robot.stands("paused arms", monotonic());
+    assert.match(
+      await me.page.getAttribute("#resume", "title"),
+      /ENABLED; continues the trajectory from point \d+ of 100/,
+    );
+    await me.hold("#resume", robot.states("ENABLED"));
+    await robot.moves("after the pause of the arms");
   },
 
   async "a method is chosen and tuned while none is followed"() {

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Buttons that act while they are held: one press of the main pointer button, or Enter or space. */
-import { usable } from "./dom";
+import { action, usable } from "./dom";
 
 /** Longest time between two repetitions, ms; a page that hangs for longer cannot tell whether the button is still held. */
 const kGap = 150;
+/** Time for which a button that asks for confirmation is held, ms. */
+const kConfirm = 1000;
 
 export interface Held {
   /** ms between two calls of `ask` */
@@ -16,6 +18,7 @@ export interface Held {
  * finger or key, a menu, a lost capture or focus, a hidden page, a gap of the timer. */
 export class Hold {
   private timer: ReturnType<typeof setInterval> | undefined;
+  private since = 0;
   private last = 0;
   private pointer: number | undefined;
 
@@ -43,6 +46,10 @@ export class Hold {
   get active(): boolean {
     return this.timer !== undefined;
   }
+  /** ms */
+  get heldFor(): number {
+    return performance.now() - this.since;
+  }
   end(): void {
     if (this.timer === undefined) return;
     clearInterval(this.timer);
@@ -53,7 +60,7 @@ export class Hold {
   private begin(pointer: number | undefined): void {
     this.end();
     this.pointer = pointer;
-    this.last = performance.now();
+    this.since = this.last = performance.now();
     this.timer = setInterval(() => this.repeat(), this.held.period);
     this.held.ask();
   }
@@ -63,4 +70,21 @@ export class Hold {
     this.last = now;
     this.held.ask();
   }
+}
+
+/** A button that acts once it has been held for a second; a bar in it shows for how long it is. */
+export function confirmed(label: string, help: string, act: () => void): HTMLButtonElement {
+  const button = action(label, help, () => {}, "confirm");
+  const hold = new Hold(button, {
+    period: 40,
+    ask: () => {
+      const share = hold.heldFor / kConfirm;
+      button.style.setProperty("--held", `${Math.min(100, 100 * share).toFixed(0)}%`);
+      if (share < 1) return;
+      hold.end();
+      act();
+    },
+    end: () => button.style.setProperty("--held", "0%"),
+  });
+  return button;
 }

@@ -6,7 +6,7 @@ import { Action, EmergencyStop } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { order, whyNotCommand, whyNotMove } from "./context";
 import { action, card, h, setAttribute, setShown, setText, setUsable } from "./dom";
-import { Hold } from "./hold";
+import { Hold, confirmed } from "./hold";
 
 const kRepeat = 200; // ms: the drives home while the request is repeated
 
@@ -27,14 +27,15 @@ export class Operate implements Panel {
   constructor(private readonly c: Context) {
     this.faults = c.robot.arms.map((arm) => h("div.fault", { hidden: true, role: "alert", "data-fault": arm.name }));
     const button = (label: string, command: StateCommand, help: string): [HTMLButtonElement, StateCommand] => {
-      const made = action(label, help, () => void order(c, label, c.commander.state(command)));
+      const kind = command === "resume" ? confirmed : action;
+      const made = kind(label, help, () => void order(c, label, c.commander.state(command)));
       made.id = command;
       return [made, command];
     };
     this.commands = [
       button("Enable", "enable", "Power on: the arms may move. Nothing moves by itself."),
       button("Pause", "pause", "Keep power on and hold position"),
-      button("Resume", "resume", "From PAUSED back to ENABLED"),
+      button("Hold to resume", "resume", "From PAUSED back to ENABLED"),
       button("Disable", "disable", "Power off; clears faults whose cause is gone"),
     ];
     this.home = action(
@@ -114,6 +115,7 @@ export class Operate implements Panel {
       const gives = command === "enable" || command === "resume";
       const why = gives ? whyNotMove(this.c, now) : whyNotCommand(this.c, now);
       const refused = world.whyNot(Action[command]);
+      if (command === "resume") element.dataset["help"] = `From PAUSED back to ENABLED; ${world.continues()}`;
       setUsable(element, why || refused);
       setAttribute(element, "data-next", why === "" && refused === "" ? "yes" : "no");
     }

@@ -9,6 +9,7 @@ import type { RunSummary } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { order, whyNotMove } from "./context";
 import { action, card, h, setAttribute, setClass, setShown, setText, setUsable } from "./dom";
+import { confirmed } from "./hold";
 import { millimetres } from "../state/numbers";
 
 export class Run implements Panel {
@@ -45,8 +46,8 @@ export class Run implements Panel {
       "Pause at this point",
       () => void order(c, "Pausing the trajectory", commander.pauseTrajectory()),
     );
-    this.resume = action(
-      "Resume",
+    this.resume = confirmed(
+      "Hold to resume",
       "Resume the trajectory",
       () => void order(c, "Resuming the trajectory", commander.resumeTrajectory()),
     );
@@ -115,7 +116,7 @@ export class Run implements Panel {
     setText(
       this.progress,
       plan && plan.trajectory_id !== 0
-        ? `${nameOf("Phase", phase)} · point ${plan.point} of ${plan.point_count} · ${plan.total_iterations} steps`
+        ? `${phase === Phase.running && this.c.world.paused() ? "waits for the PAUSED arms" : nameOf("Phase", phase)} · point ${plan.point} of ${plan.point_count} · ${plan.total_iterations} steps`
         : plan
           ? "no trajectory yet"
           : "not known",
@@ -133,6 +134,7 @@ export class Run implements Panel {
     const start = this.c.world.whyNot(Action.start) || (this.text.value === "" ? "There is no trajectory." : "");
     setUsable(this.start, why || start);
     setUsable(this.pause, why || (phase === Phase.running ? "" : "No trajectory runs."));
+    this.resume.dataset["help"] = `Hold for a second: ${this.c.world.continues()}`;
     setUsable(this.resume, why || (phase === Phase.paused ? "" : "No trajectory is paused."));
     setUsable(this.stop, why || (goes ? "" : "No trajectory runs."));
   }

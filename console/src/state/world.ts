@@ -17,8 +17,9 @@ import type {
 } from "../wire/messages";
 import { staleAfter } from "./age";
 import type { Robot } from "./robot";
+import { Phase } from "../wire/messages";
 import type { ServerClock } from "./server";
-import { whyNot } from "./descriptions";
+import { stateName, whyNot } from "./descriptions";
 
 export interface ArmSlots {
   measuredJs: Slot;
@@ -86,6 +87,21 @@ export class World {
   moving = (): ActuationLimits | null => this.limits.value();
   plan = (): PlanningReference | null => this.reference.value();
   planned = (): Path | null => this.path.value();
+  /** What follows when the arms, or a trajectory, are resumed. */
+  continues(): string {
+    const plan = this.plan();
+    const goes = plan !== null && (plan.phase === Phase.running || plan.phase === Phase.paused);
+    return goes
+      ? `continues the trajectory from point ${plan.point} of ${plan.point_count}`
+      : "nothing moves by itself";
+  }
+  /** Whether an arm is PAUSED. */
+  paused(): boolean {
+    const status = this.controlStatus();
+    return (
+      status !== null && [...status.operating_state.slice(0, status.arm_count)].some((s) => stateName(s) === "PAUSED")
+    );
+  }
   /** Of the last run. */
   lastRun = (): RunSummary | null => this.summary.value();
   clearances = (): Clearances | null => this.clearance.value();
