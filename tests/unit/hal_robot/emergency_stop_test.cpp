@@ -184,5 +184,23 @@ TEST(EmergencyStop, AnotherInputStandsInForOneThatIsLost) {
   EXPECT_TRUE(system.until(0.1, [&] { return system.all(OperatingState::kFault); }));
 }
 
+/// All frames with inputs are lost, while everything else of the drives goes on.
+TEST(EmergencyStop, AnInputThatIsNoLongerReceivedCountsAsPressed) {
+  System system;
+  moveBoth(system);
+  for (const EmergencyInput& input : system.config.emergency_stop) {
+    const AxisConfig& axis = system.config.axes[static_cast<std::size_t>(input.axis)];
+    const auto id = static_cast<std::uint32_t>(0x280 + axis.node);
+    system.wires[static_cast<std::size_t>(axis.bus)]->bus.disturbance = [id](const can::CanFrame& frame) {
+      return frame.id != id;
+    };
+  }
+  const double budget = std::max(system.config.feedback_budget, 3.0 * system.config.period);
+  EXPECT_TRUE(system.until(budget + 3.0 * system.config.period, [&] { return system.all(OperatingState::kFault); }))
+      << system.story();
+  EXPECT_NE(system.robot->faults(0) & safety::bit(Fault::kStopRequested), 0u);
+  EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kNotRead);
+}
+
 }  // namespace
 }  // namespace tandem::hal::test

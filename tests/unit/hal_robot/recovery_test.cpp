@@ -313,5 +313,37 @@ TEST(Recovery, NoRandomSequenceOfEnableJogFaultRecoverDisableJumps) {
   RecordProperty("largest_share_of_a_periods_travel", std::to_string(worst));
 }
 
+TEST(LossOfOneAxis, ARequestFromBeforeItRecoversNothing) {
+  System system;
+  ASSERT_TRUE(system.boot());
+  ASSERT_TRUE(system.enable());
+  ASSERT_TRUE(system.inject(0, FaultKind::kOff, 2));
+  ASSERT_TRUE(system.until(2.0, [&] {
+    return system.robot->state(0) == OperatingState::kFault && system.robot->arm(0).power() == ArmPower::kOff;
+  }));
+  system.command.request[0] = DriveRequest::kRecover;
+  system.command.unseen[0] = true;
+  for (int k = 0; k < 50; ++k) {
+    system.run(0.05);
+    ASSERT_EQ(system.robot->arm(0).power(), ArmPower::kOff) << "drives get torque";
+  }
+  system.command.request[0] = DriveRequest::kKeep;
+  system.command.unseen[0] = false;
+  system.run(0.2);
+  system.command.request[0] = DriveRequest::kRecover;
+  EXPECT_TRUE(system.until(3.0, [&] { return system.robot->recovering(0); })) << system.story();
+}
+
+TEST(LossOfOneAxis, WithoutAPositionEverReadIsNotRecoveredFrom) {
+  System system;
+  ASSERT_TRUE(system.inject(0, FaultKind::kOff, 2));
+  system.robot->start(system.now);
+  ASSERT_TRUE(system.until(10.0, [&] { return system.robot->arm(0).axis(1).phase() == AxisPhase::kFailed; }));
+  system.command.request[0] = DriveRequest::kRecover;
+  system.run(2.0);
+  EXPECT_FALSE(system.robot->recovering(0)) << "nobody knows where joint 2 is";
+  EXPECT_EQ(system.robot->arm(0).power(), ArmPower::kOff);
+}
+
 }  // namespace
 }  // namespace tandem::hal::test

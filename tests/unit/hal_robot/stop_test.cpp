@@ -84,6 +84,7 @@ TEST_P(StopOfOneAxis, IsItsQuickStopAndTorqueGoesAfterwards) {
   const double before = system.truth(0, kMoving);
   ASSERT_TRUE(system.inject(0, stop.kind, stop.node, stop.value));
   ASSERT_TRUE(system.until(0.3, [&] { return system.robot->state(0) == OperatingState::kFault; })) << system.story();
+  const std::int64_t noticed = system.now;
   EXPECT_TRUE(system.until(0.8, [&] { return system.robot->arm(0).power() == ArmPower::kOff; })) << system.story();
   system.run(0.1);
   // Three periods until the detection, the ramp, and the motor's lag; a velocity loop lags by its gain.
@@ -93,6 +94,10 @@ TEST_P(StopOfOneAxis, IsItsQuickStopAndTorqueGoesAfterwards) {
       kFast * (stop.noticed + 4.0 * system.config.period + lag) + kFast * kFast / (2.0 * axis.quick_stop_deceleration);
   EXPECT_LE(std::abs(system.truth(0, kMoving) - before), allowed);
   EXPECT_LE(watch.fastest, kRestShare) << "torque went from a joint that moved";
+  const bool healthy = stop.kind == FaultKind::kEncoderAlarm && stop.node == 16 + kNode;
+  const std::int64_t begin = system.drive(0, kMoving).record().stop_begin;
+  EXPECT_TRUE(!healthy || std::abs(begin - noticed) <= 4e9 * system.config.period)
+      << "its own ramp begins " << 1e-6 * static_cast<double>(begin - noticed) << " ms after the fault is noticed";
 }
 
 INSTANTIATE_TEST_SUITE_P(Vocabulary,

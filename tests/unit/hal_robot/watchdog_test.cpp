@@ -11,15 +11,17 @@ ArmVector speeds(double translation, double rotation) {
   return v;
 }
 
-/// What a drive still hears of the HAL.
-enum class Heard { kNothing, kHeartbeats, kCommands };
+/// What a drive still receives from the HAL.
+enum class Received { kNothing, kHeartbeats, kCommands };
 
 struct End {
   const char* name;
-  Heard heard;
+  Received received;
   bool velocity_mode;
   double budget;  ///< until the drive begins its stop, s
 };
+
+std::ostream& operator<<(std::ostream& out, const End& end) { return out << end.name; }
 
 class EndOfTheHal : public testing::TestWithParam<End> {};
 
@@ -38,12 +40,12 @@ TEST_P(EndOfTheHal, DrivesThatMoveStopWithinTheirBudget) {
     return count;
   };
   ASSERT_EQ(enabled(), 6);
-  system.hal_alive = end.heard != Heard::kNothing;
+  system.hal_alive = end.received != Received::kNothing;
   for (std::size_t b = 0; b < system.wires.size(); ++b) {
     const auto own = static_cast<std::uint32_t>(0x700 + system.config.buses[b].node_id);
-    system.wires[b]->bus.disturbance = [heard = end.heard, own](const can::CanFrame& frame) {
+    system.wires[b]->bus.disturbance = [received = end.received, own](const can::CanFrame& frame) {
       const bool command = frame.id > 0x200 && frame.id < 0x280;
-      return !(heard == Heard::kHeartbeats && command) && !(heard == Heard::kCommands && frame.id == own);
+      return !(received == Received::kHeartbeats && command) && !(received == Received::kCommands && frame.id == own);
     };
   }
   const ArmVector before = system.truth(0);
@@ -59,13 +61,81 @@ TEST_P(EndOfTheHal, DrivesThatMoveStopWithinTheirBudget) {
 
 INSTANTIATE_TEST_SUITE_P(Losses,
                          EndOfTheHal,
-                         testing::Values(End{"OfAllInPositionMode", Heard::kNothing, false, 0.05},
-                                         End{"OfAllInVelocityMode", Heard::kNothing, true, 0.05},
-                                         End{"OfCommandsInPositionMode", Heard::kHeartbeats, false, 0.05},
-                                         End{"OfCommandsInVelocityMode", Heard::kHeartbeats, true, 0.05},
-                                         End{"OfHeartbeatsInPositionMode", Heard::kCommands, false, 0.1},
-                                         End{"OfHeartbeatsInVelocityMode", Heard::kCommands, true, 0.1}),
+                         testing::Values(End{"OfAllInPositionMode", Received::kNothing, false, 0.05},
+                                         End{"OfAllInVelocityMode", Received::kNothing, true, 0.05},
+                                         End{"OfCommandsInPositionMode", Received::kHeartbeats, false, 0.05},
+                                         End{"OfCommandsInVelocityMode", Received::kHeartbeats, true, 0.05},
+                                         End{"OfHeartbeatsInPositionMode", Received::kCommands, false, 0.1},
+                                         End{"OfHeartbeatsInVelocityMode", Received::kCommands, true, 0.1}),
                          [](const auto& instance) { return instance.param.name; });
+
+/// Frames of a node other than its heartbeats go on.
+TEST(HardwareWatchdogs, ANodeWithoutHeartbeatsIsNoticedWithinItsBudget) {
+  System system;
+  ASSERT_TRUE(system.boot());
+  ASSERT_TRUE(system.enable());
+  constexpr std::uint32_t kHeartbeat = 0x702;
+  system.wires[0]->bus.disturbance = [](const can::CanFrame& frame) { return frame.id != kHeartbeat; };
+  const double budget = std::max(2.5 * system.config.node_heartbeat, safety::Budgets{}.drive_heartbeat);
+  EXPECT_TRUE(system.until(budget + system.config.node_heartbeat, [&] {
+    return system.robot->state(0) == OperatingState::kFault;
+  })) << system.story();
+}
+
+TEST(HardwareWatchdogs, LostCommandsStopArmsThatHavePower) {
+  System system;
+  ASSERT_TRUE(system.boot());
+  ASSERT_TRUE(system.enable());
+  const auto send = [&](int lost_of_ten) {
+    for (int k = 0; k < 400 && system.all(OperatingState::kEnabled); ++k) {
+      system.command.header.stamp = system.now;
+      system.sequence += k % 10 < lost_of_ten ? 1 : 0;  // a number is left out
+      ++system.command.header.arrivals;
+      system.send();
+      system.run(0.02);
+    }
+  };
+  system.commanding = false;
+  send(0);
+  EXPECT_TRUE(system.all(OperatingState::kEnabled));
+  send(5);
+  EXPECT_TRUE(system.all(OperatingState::kFault));
+  EXPECT_EQ(system.robot->faultRecord(0).cause, safety::FaultCause::kLost);
+}
+
+TEST(HardwareWatchdogs, ANewSessionFindsNoPower) {
+  System system;
+  ASSERT_TRUE(system.boot());
+  ASSERT_TRUE(system.enable());
+  system.run(0.5);
+  system.commanding = false;
+  system.send();
+  system.command.header.session = 8;
+  system.command.header.sequence = 1;
+  EXPECT_TRUE(system.robot->command(system.command, system.now));
+  EXPECT_TRUE(system.all(OperatingState::kDisabled));
+  EXPECT_TRUE(system.until(1.0, [&] { return system.robot->off(); }));
+}
+
+/// It receives no command to switch on: the others have torque, and lose it again.
+TEST(HardwareWatchdogs, ADriveThatDoesNotSwitchOnEndsTheAttempt) {
+  System system;
+  ASSERT_TRUE(system.boot());
+  system.wires[0]->bus.disturbance = [](can::CanFrame& frame) {
+    constexpr std::uint8_t kShutdown = 0x06;
+    if (frame.id == 0x202)
+      frame.data[0] = kShutdown;
+    return true;
+  };
+  system.request(DriveRequest::kEnable);
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->arm(0).power() == ArmPower::kSwitchingOn; }));
+  EXPECT_TRUE(system.until(3.0 * system.config.transition_budget, [&] {
+    return system.robot->state(0) == OperatingState::kFault;
+  })) << system.story();
+  system.request(DriveRequest::kKeep);
+  EXPECT_TRUE(system.until(1.5, [&] { return system.robot->arm(0).power() == ArmPower::kOff; }));
+  EXPECT_EQ(system.robot->faultRecord(0).joint, 1);
+}
 
 struct Situation {
   const char* name;
@@ -74,6 +144,8 @@ struct Situation {
   bool homing = false;
   bool dead_drive = false;  ///< of arm 1, which cannot be DISABLED then
 };
+
+std::ostream& operator<<(std::ostream& out, const Situation& situation) { return out << situation.name; }
 
 class StopTopic : public testing::TestWithParam<Situation> {};
 

@@ -117,6 +117,16 @@ TEST(Gate, CarriesAnOuterCarriageAlong) {
   EXPECT_FALSE(report[Guard::kPosition].acted);
 }
 
+TEST(Gate, CarriesNoCarriageFasterThanItsLimit) {
+  ArmLimits limits = twoTubes();
+  limits.joints[1].velocity = 1e-3 / kPeriod;
+  const ArmVector now = vector4(-0.100, -0.080, 0.0, 0.0);
+  ArmVector next;
+  Gate(limits).check(commandTo(vector4(-0.080, -0.090, 0.3, 0.0)), now, vector4(0, 0, 0, 0), next);
+  EXPECT_LE(std::abs(next[1] - now[1]), 1e-3 * (1.0 + 1e-6)) << "5 mm would make room for tube 1";
+  EXPECT_LE(largestViolation(limits, next), 1e-12);
+}
+
 TEST(Gate, TakesACoupledRowBackInProportionWhereNothingCanBeCarried) {
   ArmLimits limits = twoTubes();
   limits.joints[1].upper = -0.080;  // the outer stage ends here

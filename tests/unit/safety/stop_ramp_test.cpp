@@ -124,5 +124,28 @@ TEST(StopRamp, ARestartOnTheWayEndsAtTheSamePlaceAndTime) {
   }
 }
 
+/// At constant deceleration v^2 / (2 a) is left of the way; less than that before a limit is used up completely.
+TEST(StopRamp, BeforeALimitTakesTheWayThatIsLeft) {
+  for (std::uint32_t seed = test::baseSeed(); seed < test::baseSeed() + 500; ++seed) {
+    SCOPED_TRACE(test::trace(seed));
+    test::Random random(seed);
+    ArmLimits limits = test::randomLimits(random);
+    limits.rows.clear();
+    limits.joints[0].lower = -1.0;
+    limits.joints[0].upper = 0.0;
+    const double speed = limits.joints[0].velocity;
+    const double whole = speed * speed / (2.0 * limits.joints[0].stop_deceleration),
+                 left = random.uniform(0.1, 1.5) * whole;
+    ArmVector q = test::randomInside(limits, random), v = ArmVector::Zero(limits.jointCount());
+    q[0] = -left;
+    v[0] = speed;
+    StopRamp ramp;
+    ramp.start(limits, q, v);
+    const double way = std::min(left, whole);
+    EXPECT_NEAR(ramp.stoppingDistance(0), way, 1e-9 * way);
+    EXPECT_NEAR(ramp.duration(), 2.0 * way / speed, 1e-9 * ramp.duration());
+  }
+}
+
 }  // namespace
 }  // namespace tandem::safety

@@ -19,9 +19,7 @@ class Commanded {
  public:
   Commanded(const ArmLimits& limits, const ArmVector& start, double period)
       : limits_(limits), supervisor_(limits, start, options(period)) {
-    ArmRequest enable;
-    enable.request = DriveRequest::kEnable;
-    supervisor_.command(enable, start, {}, now_);
+    request(DriveRequest::kEnable);
   }
   static SupervisorOptions options(double period) {
     SupervisorOptions options;
@@ -36,6 +34,11 @@ class Commanded {
       request.motion.velocity = velocity;
       request.motion.position = supervisor_.setpoint();
     }
+    supervisor_.command(request, supervisor_.reference(), {}, now_);
+  }
+  void request(DriveRequest what) {
+    ArmRequest request;
+    request.request = what;
     supervisor_.command(request, supervisor_.reference(), {}, now_);
   }
   void step() {
@@ -71,6 +74,66 @@ ArmVector speeds(const ArmLimits& limits, double share) {
   for (Eigen::Index j = 0; j < v.size(); ++j)
     v[j] = share * limits.joints[static_cast<std::size_t>(j)].velocity;
   return v;
+}
+
+TEST(ArmSupervisor, IsEnabledOnlyAtStandstill) {
+  int moving = 0;
+  for (std::uint32_t seed = test::baseSeed(); seed < test::baseSeed() + 200; ++seed) {
+    SCOPED_TRACE(test::trace(seed));
+    test::Random random(seed);
+    const ArmLimits limits = test::randomLimits(random);
+    Commanded arm(limits, test::randomInside(limits, random), 0.01);
+    for (int k = 0; k < 20; ++k) {
+      arm.command(speeds(limits, k % 2 == 0 ? 0.01 : -0.01));
+      arm.step();
+    }
+    arm.request(DriveRequest::kDisable);
+    if (arm.arm().standing())
+      continue;
+    ++moving;
+    arm.request(DriveRequest::kEnable);
+    EXPECT_EQ(arm.arm().state(), OperatingState::kDisabled);
+    arm.stand();
+    arm.request(DriveRequest::kEnable);
+    EXPECT_EQ(arm.arm().state(), OperatingState::kEnabled);
+  }
+  EXPECT_GT(moving, 50);
+}
+
+TEST(ArmSupervisor, BeginsWhereTheArmIsMeasured) {
+  for (std::uint32_t seed = test::baseSeed(); seed < test::baseSeed() + 200; ++seed) {
+    SCOPED_TRACE(test::trace(seed));
+    test::Random random(seed);
+    const ArmLimits limits = test::randomLimits(random);
+    const ArmVector before = test::randomInside(limits, random), now = test::randomInside(limits, random);
+    ArmSupervisor supervisor(limits, before, Commanded::options(0.01));
+    ArmRequest enable;
+    enable.request = DriveRequest::kEnable;
+    supervisor.command(enable, now, {}, 0);
+    ASSERT_EQ(supervisor.state(), OperatingState::kEnabled);
+    EXPECT_EQ(supervisor.setpoint(), now);
+    supervisor.step(kStep, 1'000'000);
+    EXPECT_EQ(supervisor.reference(), now);
+  }
+}
+
+TEST(ArmSupervisor, FollowsVelocitiesWhateverThePositionsAre) {
+  for (std::uint32_t seed = test::baseSeed(); seed < test::baseSeed() + 100; ++seed) {
+    SCOPED_TRACE(test::trace(seed));
+    test::Random random(seed);
+    const ArmLimits limits = test::randomLimits(random);
+    const ArmVector start = test::randomInside(limits, random);
+    ArmSupervisor supervisor(limits, start, Commanded::options(0.01));
+    ArmRequest request;
+    request.request = DriveRequest::kEnable;
+    supervisor.command(request, start, {}, 0);
+    request = {};
+    request.moving = true;
+    request.motion.velocity = speeds(limits, 0.0);
+    request.motion.position = test::randomInside(limits, random);  // of a sender that knows another setpoint
+    supervisor.command(request, start, {}, 1);
+    EXPECT_EQ(supervisor.setpoint(), start);
+  }
 }
 
 TEST(ArmSupervisor, CommandsTenTimesAsOftenAsAgreedMoveNoFartherThanAskedFor) {

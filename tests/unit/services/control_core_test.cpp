@@ -152,6 +152,16 @@ TEST(ControlCore, StopsWhenTheCommanderFallsSilent) {
   EXPECT_TRUE(s.standing());
 }
 
+TEST(ControlCore, StopsByItselfWhereTheDrivesDoNotReceiveTheStop) {
+  System s;
+  s.getMoving();
+  s.control.stop();
+  s.run(0.5);
+  EXPECT_TRUE(s.standing());
+  EXPECT_TRUE(faulted(s, Fault::kStopRequested));
+  EXPECT_NE(s.drives(0), OperatingState::kEnabled);
+}
+
 TEST(ControlCore, StopLatchesAndOnlyDisableClearsIt) {
   System s;
   s.getMoving();
@@ -249,6 +259,7 @@ TEST(ControlCore, ARestartedRobotDoesNotMoveByItself) {
   s.state_link = false;
   s.control.cycle(s.now, false, s.output);
   EXPECT_EQ(s.shown(0), OperatingState::kFault);
+  EXPECT_EQ(s.control.faultRecord(0).cause, safety::FaultCause::kRestarted);
   for (std::size_t k = 0; k < 2; ++k)
     EXPECT_EQ(s.output.command.moving[k], 0);
 }

@@ -208,6 +208,15 @@ TEST(Operator, ASwitchThatIsHeldFromTheStartDoesNotCount) {
   s.go(0.5);
   EXPECT_EQ(s.state.position, there);
   EXPECT_EQ(s.operatorState(), State::kStopped);
+  s.input.operator_present = 0;
+  s.go(0.2);
+  // The next operator holds it, too.
+  s.sendRequest(ControlKind::kReleaseLease, kOperator);
+  s.sendRequest(ControlKind::kAcquireLease, s.input.client = 8);
+  s.input.operator_present = 1;
+  s.go(0.4);
+  EXPECT_EQ(s.state.position, there);
+  EXPECT_EQ(s.operatorState(), State::kStopped);
 }
 
 TEST(Operator, NothingMovesByEnablingWhileTheSwitchIsHeld) {
