@@ -8,6 +8,7 @@
   trace.py --write PAGE        writes the page for people
   trace.py --check PAGE        whether the page is the one that would be written"""
 import argparse
+import collections
 import fnmatch
 import pathlib
 import sys
@@ -16,6 +17,7 @@ import xml.etree.ElementTree
 import yaml
 
 SOURCE = pathlib.Path(__file__).parent / "hazards.yaml"
+MUTANTS = pathlib.Path(__file__).parents[1] / "mutants" / "mutants.yaml"
 KEYS = {"id", "hazard", "cause", "severity", "control", "tests"}
 
 
@@ -63,7 +65,13 @@ def judge(hazards, found):
     return wrong
 
 
+def mutants():
+    """id of a hazard -> how many mutants break its control."""
+    return collections.Counter(m["hazard"] for m in yaml.safe_load(MUTANTS.read_text())["mutants"])
+
+
 def page(hazards):
+    broken_by = mutants()
     lines = [
         "# Hazards",
         "",
@@ -77,12 +85,14 @@ def page(hazards):
         "Severity is the harm that is thinkable if such a robot were used on people, from 1 (nuisance) to 5 (death or lasting harm).",
         "Budgets and reactions, fault by fault, are in [safety.md](safety.md).",
         "",
-        "| id | hazard | cause | severity | control | shown by |",
-        "|---|---|---|---|---|---|",
+        "Mutants are changes of the code that break the control, and that these tests notice: [mutants.md](mutants.md).",
+        "",
+        "| id | hazard | cause | severity | control | shown by | mutants |",
+        "|---|---|---|---|---|---|---|",
     ]
     for h in hazards:
         tests = ", ".join(f"`{name}`" for name in h["tests"])
-        lines.append(f"| {h['id']} | {h['hazard']} | {h['cause']} | {h['severity']} | {h['control']} | {tests} |")
+        lines.append(f"| {h['id']} | {h['hazard']} | {h['cause']} | {h['severity']} | {h['control']} | {tests} | {broken_by[h['id']]} |")
     return "\n".join(lines) + "\n"
 
 

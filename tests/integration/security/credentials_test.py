@@ -6,6 +6,7 @@ import os
 import pathlib
 import re
 import shutil
+import subprocess
 import sys
 import unittest
 
@@ -84,6 +85,15 @@ class Credentials(system.SystemTest):
         self.authority.issue("control", prefix="other", to=self.folder / "other")
         self.authority.issue("control", to=self.folder / "soon", **{"from": day(10), "days": 20})
 
+        def widen(folder):
+            """More than the role has, signed by the authority itself, as the DDS Security standard says to (9.4.1.3)."""
+            text = (folder / "control/permissions.p7s").read_text()
+            document = text[text.index("<?xml"):text.index("</dds>") + len("</dds>")]
+            more = document.replace("<publish>", "<publish><topics><topic>rt/tandem/planning/request</topic></topics>", 1)
+            (folder / "permissions.xml").write_text(more)
+            subprocess.run(["openssl", "smime", "-sign", "-text", "-in", folder / "permissions.xml",
+                            "-out", folder / "control/permissions.p7s", "-signer", folder / "ca.pem", "-inkey", folder / "ca/key.pem"], check=True, capture_output=True)
+
         def take(source, *names):
             return lambda folder: [shutil.copy(source / name, folder / name) for name in names]
 
@@ -93,6 +103,7 @@ class Credentials(system.SystemTest):
             (take(self.folder / "expired", *control), "control/certificate.pem: expired"),
             (take(self.folder / "future", *control), "the clock of this host shows"),
             (take(self.folder / "other", *control), "no permission to publish rt/tandem/"),
+            (widen, "permission to publish rt/tandem/planning/request exceeds this role"),
             (take(self.good, "planning/key.pem"), None),
             (lambda f: shutil.copy(f / "planning/key.pem", f / "control/key.pem"), "not the key of the certificate"),
             (lambda f: shutil.copy(f / "planning/permissions.p7s", f / "control/permissions.p7s"), "subject_name: found"),
