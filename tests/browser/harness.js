@@ -155,10 +155,10 @@ class Operator {
     page.setDefaultTimeout(kTimeout);
     page.on("pageerror", (error) => this.complaints.push(`error: ${error.stack}`));
     page.on("console", (message) => {
-      // Browsers log failed socket connections; the page is tested to handle them.
+      // Browsers log failed connections; the page is tested to handle them.
       if (
         ["error", "warning"].includes(message.type()) &&
-        !/WebSocket connection|GPU stall|GL Driver/.test(message.text())
+        !/WebSocket connection|net::ERR_(CONNECTION|EMPTY_RESPONSE)|GPU stall|GL Driver/.test(message.text())
       )
         this.complaints.push(`${message.type()}: ${message.text()}`);
     });

@@ -227,13 +227,13 @@ const scenes = {
     await run();
     const link = new SlowLink(server);
     const other = await Operator.open(browser, await link.start());
-    assert.strictEqual(await other.page.getAttribute("#link", "data-state"), "live");
+    await other.state("#link", "live");
     link.delay = 3000;
     try {
       await other.state("#link", "stale");
       await other.text("#link", /OLD DATA · [2-9]\.\d s old/);
       await other.text("#curtain", /The link holds messages back.*Commands are disabled/);
-      assert.strictEqual(await other.page.getAttribute("#disable", "aria-disabled"), "true");
+      await other.page.waitForSelector('#disable[aria-disabled="true"]');
       await other.text("#lease", /Control: unknown/);
       await shot("console-old-data", other);
       await other.page.keyboard.press("Escape");

@@ -3,6 +3,8 @@
 import { fetchJson } from "./robot";
 
 const kPeriod = 1000; // ms between two comparisons of the clocks
+const kFirstPeriod = 200; // the same while there are few: the first ones may be slow, while the page is loaded
+const kFew = 5;
 const kValid = 10_000; // ms for which one counts
 
 /** Bounds of this page's clock minus the server's. */
@@ -26,7 +28,7 @@ export class ServerClock {
       } catch {
         // Without an answer the last comparisons count until they are too old.
       }
-      setTimeout(() => void compare(), kPeriod);
+      setTimeout(() => void compare(), this.comparisons.length < kFew ? kFirstPeriod : kPeriod);
     };
     void compare();
   }
