@@ -14,11 +14,11 @@
 namespace tandem::cli {
 namespace {
 
-/// The first comment of a file after the line of its license, up to the end of its first line.
+/// The first line of comment of a file after those for programs: license, schema for editors.
 std::string description(const std::filesystem::path& file) {
   std::ifstream stream(file);
   for (std::string line; std::getline(stream, line) && line.starts_with("#");) {
-    if (line.find("SPDX-") == std::string::npos)
+    if (line.find("SPDX-") == std::string::npos && line.find("yaml-language-server:") == std::string::npos)
       return line.substr(std::min(line.size(), line.find_first_not_of("# ")));
   }
   return {};

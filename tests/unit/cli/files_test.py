@@ -140,6 +140,7 @@ class CommandLine(unittest.TestCase):
         self.assertEqual({str(pathlib.Path(preset["file"]).resolve()) for preset in presets}, files)
         for preset in presets:
             self.assertTrue(preset["description"], preset)
+            self.assertNotIn("yaml-language-server", preset["description"])
         listed = system.run("presets", "trajectory").stdout
         self.assertIn("circle", listed)
         self.assertNotIn("laptop", listed)
