@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "config/arm_names.h"
+#include "robots/robot_type.h"
 #include "services/console/grasped_object.h"
 #include "services/runtime/process.h"
 

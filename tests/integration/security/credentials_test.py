@@ -92,7 +92,8 @@ class Credentials(system.SystemTest):
             more = document.replace("<publish>", "<publish><topics><topic>rt/tandem/planning/request</topic></topics>", 1)
             (folder / "permissions.xml").write_text(more)
             subprocess.run(["openssl", "smime", "-sign", "-text", "-in", folder / "permissions.xml",
-                            "-out", folder / "control/permissions.p7s", "-signer", folder / "ca.pem", "-inkey", folder / "ca/key.pem"], check=True, capture_output=True)
+                            "-out", folder / "control/permissions.p7s", "-signer", folder / "ca.pem", "-inkey", folder / "ca/key.pem"],
+                           check=True, capture_output=True)
 
         def take(source, *names):
             return lambda folder: [shutil.copy(source / name, folder / name) for name in names]

@@ -155,7 +155,7 @@ TEST(EmergencyStop, ReportsOfOthersCountAndSoDoesTheirSilence) {
   };
   ASSERT_TRUE(system.enable()) << system.story();
   EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kReleased);
-  const auto stopsAndIsCleared = [&](const char* why) {
+  const auto stops_and_is_cleared = [&](const char* why) {
     ASSERT_TRUE(system.until(0.6, [&] { return system.all(OperatingState::kFault); })) << why;
     expectRecord(system);
     system.request(DriveRequest::kDisable);
@@ -167,9 +167,9 @@ TEST(EmergencyStop, ReportsOfOthersCountAndSoDoesTheirSilence) {
     ASSERT_TRUE(system.enable()) << why;
   };
   pressed = true;
-  stopsAndIsCleared("pressed");
+  stops_and_is_cleared("pressed");
   talks = false;
-  stopsAndIsCleared("silent");
+  stops_and_is_cleared("silent");
 }
 
 TEST(EmergencyStop, AnotherInputStandsInForOneThatIsLost) {
