@@ -35,7 +35,7 @@ while (($# > 0)); do
   esac
   shift
 done
-$install && install_packages build test
+prepare $install run python test
 
 program=(/usr/bin/python3 "$root/tests/mutants/mutants.py")
 page=$root/docs/mutants.md tree=$folder/tree results=$folder/results-${shard//\//-of-}.jsonl
