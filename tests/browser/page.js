@@ -231,7 +231,7 @@ const scenes = {
     link.delay = 3000;
     try {
       await other.state("#link", "stale");
-      await other.text("#link", /OLD DATA · [2-9]\.\d s old/);
+      await other.text("#link", /OLD DATA · ([2-9]|\d\d)\.\d s old/);
       await other.text("#curtain", /The link holds messages back.*Commands are disabled/);
       await other.page.waitForSelector('#disable[aria-disabled="true"]');
       await other.text("#lease", /Control: unknown/);
