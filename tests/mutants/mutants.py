@@ -39,7 +39,7 @@ constexpr bool on(int number) { return !std::is_constant_evaluated() && selected
 """
 
 
-def load(path=SOURCE, root=ROOT):
+def load(path=SOURCE):
     """The mutants with their numbers, from 1; SystemExit names what is wrong with the file, or which anchor is gone."""
     known = {hazard["id"] for hazard in hazards.load()}
     mutants, names = yaml.safe_load(path.read_text())["mutants"], set()
@@ -51,7 +51,7 @@ def load(path=SOURCE, root=ROOT):
             sys.exit(f"{path}: {name}: found a second time, expected another name")
         if mutant["hazard"] not in known:
             sys.exit(f"{path}: {name}: hazard: found {mutant['hazard']}, expected one of hazards.yaml")
-        found = (root / mutant["file"]).read_text().count(mutant["of"])
+        found = (ROOT / mutant["file"]).read_text().count(mutant["of"])
         if found != 1:
             sys.exit(f"{path}: {name}: of: found {found} times in {mutant['file']}, expected once: {mutant['of']}")
         names.add(name)
@@ -144,7 +144,7 @@ def killer(build, hazard, labels, number, processes):
 
 def run(options):
     labels, known = tests_of(options.run), {hazard["id"]: hazard for hazard in hazards.load()}
-    results, index, count = options.results[0], *map(int, options.shard.split("/"))
+    results, index, count = options.into, *map(int, options.shard.split("/"))
     mutants = load()
     random.Random(options.seed).shuffle(mutants)
     done = {line["name"] for line in lines([results])} if results.exists() else set()
@@ -220,7 +220,6 @@ def main():
     parser.add_argument("--processes", action="store_true", help="also tests that start processes, for mutants that pass the unit tests")
     options = parser.parse_args()
     if options.run:
-        options.results = [options.into]
         return run(options)
     if options.apply:
         return apply(options.apply)

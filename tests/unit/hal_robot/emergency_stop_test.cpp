@@ -8,12 +8,6 @@ namespace {
 using safety::EmergencyStop;
 using safety::FaultCause;
 
-ArmVector bothKinds(double translation, double rotation) {
-  ArmVector v(6);
-  v << translation, translation, translation, rotation, rotation, rotation;
-  return v;
-}
-
 HardwareConfig without(HardwareConfig config) {
   config.emergency_stop.clear();
   return config;
@@ -31,8 +25,8 @@ void moveBoth(System& system) {
   ASSERT_TRUE(system.boot()) << system.story();
   EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kReleased);
   ASSERT_TRUE(system.enable()) << system.story();
-  system.move(0, bothKinds(4e-3, 0.3));
-  system.move(1, bothKinds(1e-3, 0.1));
+  system.move(0, speeds(4e-3, 0.3));
+  system.move(1, speeds(1e-3, 0.1));
   system.run(0.5);
   ASSERT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
 }

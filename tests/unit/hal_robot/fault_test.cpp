@@ -6,12 +6,6 @@
 namespace tandem::hal::test {
 namespace {
 
-ArmVector speeds(double translation, double rotation) {
-  ArmVector v(6);
-  v << translation, translation, translation, rotation, rotation, rotation;
-  return v;
-}
-
 /// Distance of an arm from a position: translations, m, and rotations, rad, beyond the one encoder count by which a
 /// joint at the edge of a count may change.
 double moved(const ArmVector& from, const ArmVector& to) {

@@ -19,12 +19,6 @@ constexpr double kListening = 0.5;
 /// Periods after the frame: the cycle that reads it latches.
 constexpr int kBudgetPeriods = 1;
 
-ArmVector speeds(double translation, double rotation) {
-  ArmVector v(6);
-  v << translation, translation, translation, rotation, rotation, rotation;
-  return v;
-}
-
 /** A foreign master on each bus of a system. */
 struct Others {
   explicit Others(System& system) {

@@ -68,6 +68,13 @@ inline HardwareConfig homingHardware() {
   return config;
 }
 
+/// Equal velocities of all translations, m/s, and of all rotations, rad/s, of an arm.
+inline ArmVector speeds(double translation, double rotation) {
+  ArmVector v(6);
+  v << translation, translation, translation, rotation, rotation, rotation;
+  return v;
+}
+
 /** One bus with its drives, and the HAL's port on it. */
 struct Wire {
   Wire(const HardwareConfig& hardware, int index, std::int64_t now)

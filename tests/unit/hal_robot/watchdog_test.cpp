@@ -5,12 +5,6 @@
 namespace tandem::hal::test {
 namespace {
 
-ArmVector speeds(double translation, double rotation) {
-  ArmVector v(6);
-  v << translation, 0.5 * translation, -0.5 * translation, rotation, -rotation, 0.5 * rotation;
-  return v;
-}
-
 /// What a drive still receives from the HAL.
 enum class Received { kNothing, kHeartbeats, kCommands };
 
