@@ -221,6 +221,14 @@ const scenes = {
       process.kill(setting.pids.control, "SIGCONT");
     }
     await me.state("#link", "live");
+    process.kill(setting.pids.sim, "SIGSTOP");
+    try {
+      await me.text("#link", /NO DATA FROM DRIVES/);
+      await me.text("#curtain", /^No messages from the robot's processes/);
+    } finally {
+      process.kill(setting.pids.sim, "SIGCONT");
+    }
+    await me.state("#link", "live");
   },
 
   async "data that a link holds back is old, commands are locked, and stop still stops"() {

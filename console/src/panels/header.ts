@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Header, always visible: link, arms, lease owner, stop. */
 import { mayCommand } from "../state/robot";
-import { age, ageText, staleAfter } from "../state/age";
+import { age, ageText } from "../state/age";
 import { shortName, stateGlyph, stateMeaning, stateName } from "../state/descriptions";
 import type { Context, Panel } from "./context";
 import { order, whyNotCommand } from "./context";
@@ -52,15 +52,12 @@ export class Header implements Panel {
 
   update(now: number): void {
     const { link, world, robot, commander } = this.c;
-    const old = world.age(world.status, now);
     const live = world.live(now);
-    const drives = world.age(world.hal, now);
-    const late = staleAfter(Math.max(robot.control.period, robot.status_period));
     let text = `◉ LIVE ${robot.lock_step ? "· lock-step" : ""}`;
     if (link.state !== "open") text = `✕ NO LINK · ${ageText(age(link.receivedAt, now))}`;
-    else if (old > late && now - world.status.at < late) text = `◔ OLD DATA · ${ageText(old)}`;
-    else if (old > late) text = `◔ NO DATA FROM CONTROL · ${ageText(old)}`;
-    else if (!live) text = `◔ NO DATA FROM DRIVES · ${ageText(drives)}`;
+    else if (world.heldBack(now)) text = `◔ OLD DATA · ${ageText(world.age(world.status, now))}`;
+    else if (world.stale(world.status, now)) text = `◔ NO DATA FROM CONTROL · ${ageText(world.age(world.status, now))}`;
+    else if (!live) text = `◔ NO DATA FROM DRIVES · ${ageText(world.age(world.hal, now))}`;
     setText(this.link, text);
     setAttribute(this.link, "data-state", live ? "live" : link.state === "open" ? "stale" : "lost");
     this.updateArms(live);

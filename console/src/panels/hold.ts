@@ -20,27 +20,19 @@ export class Hold {
   private timer: ReturnType<typeof setInterval> | undefined;
   private since = 0;
   private last = 0;
-  private pointer: number | undefined;
+  /** Removes the listeners of a hold. */
+  private over = new AbortController();
 
   constructor(
     button: HTMLButtonElement,
     private readonly held: Held,
   ) {
-    const end = (): void => this.end();
     button.addEventListener("pointerdown", (event) => {
-      if (event.button !== 0 || !event.isPrimary || event.ctrlKey || !usable(button)) return;
-      this.begin(event.pointerId);
+      if (event.button === 0 && event.isPrimary && !event.ctrlKey && usable(button)) this.begin(button);
     });
     button.addEventListener("keydown", (event) => {
-      if ((event.key === "Enter" || event.key === " ") && !event.repeat && usable(button)) this.begin(undefined);
+      if ((event.key === "Enter" || event.key === " ") && !event.repeat && usable(button)) this.begin(button);
     });
-    for (const name of ["pointerup", "pointercancel", "pointerleave", "lostpointercapture", "keyup", "blur"])
-      button.addEventListener(name, end);
-    for (const name of ["blur", "pagehide", "contextmenu"]) window.addEventListener(name, end, true);
-    document.addEventListener("visibilitychange", end);
-    window.addEventListener("pointerdown", (event) => event.pointerId !== this.pointer && this.end(), true);
-    window.addEventListener("mousedown", (event) => event.button !== 0 && this.end(), true);
-    window.addEventListener("keydown", (event) => !event.repeat && this.end(), true);
   }
 
   get active(): boolean {
@@ -54,12 +46,22 @@ export class Hold {
     if (this.timer === undefined) return;
     clearInterval(this.timer);
     this.timer = undefined;
+    this.over.abort();
     this.held.end();
   }
 
-  private begin(pointer: number | undefined): void {
+  private begin(button: HTMLButtonElement): void {
     this.end();
-    this.pointer = pointer;
+    this.over = new AbortController();
+    const options = { capture: true, signal: this.over.signal };
+    const end = (): void => this.end();
+    for (const name of ["pointerup", "pointercancel", "pointerleave", "lostpointercapture", "keyup", "blur"])
+      button.addEventListener(name, end, options);
+    // The event that begins the hold has passed the window already: another one comes from another finger or key.
+    for (const name of ["blur", "pagehide", "contextmenu", "pointerdown"]) window.addEventListener(name, end, options);
+    window.addEventListener("mousedown", (event) => event.button !== 0 && this.end(), options);
+    window.addEventListener("keydown", (event) => !event.repeat && this.end(), options);
+    document.addEventListener("visibilitychange", end, options);
     this.since = this.last = performance.now();
     this.timer = setInterval(() => this.repeat(), this.held.period);
     this.held.ask();

@@ -104,7 +104,7 @@ export class Hud implements Panel {
           ? "No connection to the server"
           : world.status.at < 0
             ? "Waiting for control"
-            : link.receivedAt - world.status.at < 500
+            : world.heldBack(now)
               ? "The link holds messages back, or the clocks are not compared yet"
               : "No messages from the robot's processes";
       setText(this.curtain, `${what}. Last data: ${old}. Commands are disabled.`);

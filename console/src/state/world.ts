@@ -15,7 +15,7 @@ import type {
   RunSummary,
   Shape,
 } from "../wire/messages";
-import { staleAfter } from "./age";
+import { age, staleAfter } from "./age";
 import type { Robot } from "./robot";
 import { Phase } from "../wire/messages";
 import type { ServerClock } from "./server";
@@ -119,6 +119,14 @@ export class World {
     return slot.at < 0 ? Infinity : this.server.age(slot.time, now);
   }
   stale(slot: Slot, now: number): boolean {
-    return this.age(slot, now) > staleAfter(Math.max(this.robot.control.period, this.robot.status_period));
+    return this.age(slot, now) > this.late;
+  }
+  /** Whether messages of control come, but are old: the link holds them back, or the clocks are not compared yet. */
+  heldBack(now: number): boolean {
+    return this.stale(this.status, now) && age(this.status.at, now) <= this.late;
+  }
+  /** Age at which data is stale, ms. */
+  private get late(): number {
+    return staleAfter(Math.max(this.robot.control.period, this.robot.status_period));
   }
 }
