@@ -23,16 +23,11 @@ void checkWall(const Map& map, double outer, double inner) {
 }
 
 void readArms(const Map& map, const std::function<void(const Map&)>& read) {
-  map.together([&] { map.expectDistinct("arms", "name"); },
-               [&] {
-                 map.each("arms", [&](const Map& arm) {
-                   if (arm.text("name") == "pair")
-                     arm.fail(
-                         "name",
-                         "found 'pair', which stands for two arms together in names of topics, expected another name");
-                   read(arm);
-                 });
-               });
+  map.eachDistinct("arms", "name", [&](const Map& arm) {
+    if (arm.text("name") == "pair")
+      arm.fail("name", "found 'pair', which stands for two arms together in names of topics, expected another name");
+    read(arm);
+  });
 }
 
 }  // namespace tandem::config

@@ -99,12 +99,8 @@ Experiment loadExperiment(const std::filesystem::path& file) {
       map, file, std::ranges::find(experiment.methods, control::Method::kForeign) != experiment.methods.end(),
       "methods");
   const Robot robot = loadAnyRobot(experiment.robot);
-  map.together([&] { map.expectDistinct("configurations", "name"); },
-               [&] {
-                 map.each("configurations", [&](const Map& entry) {
-                   experiment.configurations.push_back(readConfiguration(entry, robot));
-                 });
-               });
+  map.eachDistinct("configurations", "name",
+                   [&](const Map& entry) { experiment.configurations.push_back(readConfiguration(entry, robot)); });
   map.each("trajectories",
            [&](const Map& entry) { experiment.trajectories.push_back(readRun(entry, experiment, robot)); });
   map.each("published",

@@ -180,8 +180,9 @@ Teleoperation readTeleoperation(const Map& map) {
         if (map.has("workspace"))
           guard.workspace = readBox(map.map("workspace"));
       },
-      [&] { map.expectDistinct("forbidden", "name"); },
-      [&] { map.each("forbidden", [&](const Map& entry) { guard.forbidden.push_back(readRegion(entry)); }); },
+      [&] {
+        map.eachDistinct("forbidden", "name", [&](const Map& entry) { guard.forbidden.push_back(readRegion(entry)); });
+      },
       [&] {
         if (guard.guidance)
           checkGuidance(map.map("guidance"), *guard.guidance);

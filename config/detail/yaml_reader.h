@@ -103,6 +103,11 @@ class Map {
       collect([&] { read(entry); });
     refuseErrors();
   }
+  /// The same of a list whose mappings differ in a text. @throw Error with the errors of all
+  template <class Read>
+  void eachDistinct(const std::string& list, const std::string& name, Read read) const {
+    together([&] { expectDistinct(list, name); }, [&] { each(list, read); });
+  }
   /// Runs steps that do not need one another, all of them also after an error. @throw Error with the errors of all
   template <class... Steps>
   void together(Steps... steps) const {
