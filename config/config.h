@@ -222,6 +222,7 @@ struct Deployment {
   sim::PlantOptions plant;               ///< of the simulated robot
   Teleoperation teleoperation;
   BlackBox black_box;
+  std::filesystem::path cycle_log;  ///< folder of a file per process with a line per cycle; empty: none
   Console console;
   std::vector<Process> processes;
   std::vector<std::string> warnings;  ///< "FILE:LINE:COLUMN: KEY: ...", e.g. a budget above its default

@@ -344,6 +344,13 @@ const Mapping& deploymentTable() {
           mapping("black_box", kBlackBoxTable, "black box of tandem-recorder: data from before and after a fault",
                   &D::black_box)
               .withoutMotion(),
+          text("cycle_log",
+               "folder, relative to the folder of this file, in which sim, hal and control write a CSV file with one "
+               "line "
+               "per cycle: what they took, published and decided, on their own clocks (docs/csv.md)",
+               &D::cycle_log)
+              .defaultNote("none")
+              .withoutMotion(),
           mapping("console", kConsoleTable, "address, TLS and access control of tandem-console", &D::console)
               .withoutMotion(),
           mapping("processes", kProcessTable, "processes that `tandem up` starts", &D::processes)

@@ -6,6 +6,7 @@
 #include <mutex>
 
 #include "services/control/service.h"
+#include "services/runtime/cycle_log.h"
 #include "services/runtime/latest_value.h"
 #include "services/runtime/mailbox.h"
 #include "services/runtime/realtime_shell.h"
@@ -122,6 +123,7 @@ class RealTime {
   explicit RealTime(Service& service)
       : service_(service),
         shell_(service.setup, service.setup.deployment.control_period),
+        cycle_log_(service.setup),
         commands_(shell_.outbox().latest<dds::ActuationCommand>([&](const auto& m) { service_.commands.write(m); })),
         statuses_(shell_.outbox().latest<dds::ControlStatus>([&](const auto& m) { service_.statuses.write(m); })),
         limits_(shell_.outbox().latest<dds::ActuationLimits>([&](const auto& m) { service_.limits.write(m); })),
@@ -181,7 +183,9 @@ class RealTime {
   }
 
   void takeOperators(std::int64_t now) noexcept {
-    if (inputs_.take(input_))
+    cycle_.input_taken = inputs_.take(input_);
+    cycle_.input = input_;
+    if (cycle_.input_taken)
       service_.core.onInput(input_, now);
     if (other_inputs_.take(input_))
       service_.core.onInput(input_, now);
@@ -199,18 +203,25 @@ class RealTime {
   }
 
   void cycle(const runtime::Tick& tick) noexcept {
-    if (states_.take())
+    cycle_.state_taken = states_.take();
+    if (cycle_.state_taken)
       service_.core.onState(states_.value(), states_.arrivals());
     if (tips_.take(measured_))
       service_.core.onTips(measured_);
-    if (references_.take())
+    cycle_.reference_taken = references_.take();
+    if (cycle_.reference_taken)
       service_.core.onReference(references_.value(), references_.arrivals());
     if (stop_requested_.exchange(false, std::memory_order_relaxed))
       service_.core.stop();
     if (mismatch_.exchange(false, std::memory_order_relaxed))
       service_.core.onMismatch(tick.now);
     operation::ParsedControlRequest request;
+    cycle_.lease_client = 0;
     while (requests_.pop(request)) {
+      if (operation::isOfLease(operation::actionOf(request))) {
+        cycle_.lease_client = request.client;
+        cycle_.lease_answers = request.answers_control;
+      }
       const operation::ControlReply reply = service_.core.onRequest(request, tick.now);
       service_.owner.store(service_.core.leaseOwner(tick.now), std::memory_order_relaxed);
       answers_.post(reply);
@@ -227,6 +238,8 @@ class RealTime {
     commands_.post(output_.command);
     statuses_.post(output_.status);
     limits_.post(output_.limits);
+    if (cycle_log_.on())
+      logCycle(tick);
     shell_.close(service_.core, service_.robot.armCount());
     if (shell_.isStatusCycle(tick)) {
       service_.fillMoment(tick.now, states_.value(), output_, snapshot_);
@@ -235,8 +248,18 @@ class RealTime {
     }
   }
 
+  void logCycle(const runtime::Tick& tick) noexcept {
+    cycle_.tick = tick;
+    cycle_.state = states_.value();
+    cycle_.reference = references_.value();
+    cycle_.status = output_.status;
+    cycle_.command = output_.command;
+    cycle_log_.post(cycle_);
+  }
+
   Service& service_;
   runtime::RealtimeShell shell_;
+  runtime::CycleLog<runtime::ControlCycle> cycle_log_;
   runtime::Outbox::Latest<dds::ActuationCommand>& commands_;
   runtime::Outbox::Latest<dds::ControlStatus>& statuses_;
   runtime::Outbox::Latest<dds::ActuationLimits>& limits_;
@@ -256,6 +279,7 @@ class RealTime {
   dds::TeleopInput input_;
   control_service::Snapshot snapshot_;
   operation::CycleOutput output_;
+  runtime::ControlCycle cycle_;
 };
 
 void run(const runtime::Setup& setup, runtime::StopSignal& stop) {

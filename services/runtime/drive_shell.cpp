@@ -35,6 +35,7 @@ DriveShell::DriveShell(const Setup& setup, double period, std::function<Details(
       states_(bus_.writer(dds::kActuationState)),
       statuses_(bus_.writer(dds::kHalStatus)),
       diagnostics_(bus_, setup),
+      cycle_log_(setup),
       details_(std::move(details)),
       state_out_(outbox().latest<dds::ActuationState>([this](const auto& m) { states_.write(m); })),
       status_out_(publisher().latest<dds::HalStatus>([this](const auto& m) {
@@ -67,6 +68,13 @@ void DriveShell::onEmergencyStop(bool pressed) noexcept {
   }
   EmergencyReport nothing = EmergencyReport::kNone;
   emergency_.compare_exchange_strong(nothing, EmergencyReport::kReleased);  // keeps a press not taken yet
+}
+
+void DriveShell::logCycle(const Tick& tick) noexcept {
+  cycle_.tick = tick;
+  cycle_.command = commands_.value();
+  cycle_.state = state_;
+  cycle_log_.post(cycle_);
 }
 
 void DriveShell::writeLoop() noexcept {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "services/dds/bus.h"
+#include "services/runtime/cycle_log.h"
 #include "services/runtime/diagnostics.h"
 #include "services/runtime/identity.h"
 #include "services/runtime/latest_value.h"
@@ -35,9 +36,11 @@ class DriveShell : public RealtimeShell {
   /// Passes the messages received since the last cycle to the core.
   template <class Core>
   void take(Core& core, std::int64_t now) noexcept {
-    if (commands_.take())
+    cycle_.taken = commands_.take();
+    if (cycle_.taken)
       core.onCommand(commands_.value(), now, commands_.arrivals());
-    if (stop_requested_.exchange(false, std::memory_order_relaxed))
+    cycle_.stop = stop_requested_.exchange(false, std::memory_order_relaxed);
+    if (cycle_.stop)
       core.onStop();
     if (mismatch_.exchange(false, std::memory_order_relaxed))
       core.onMismatch();
@@ -51,6 +54,8 @@ class DriveShell : public RealtimeShell {
   void show(Core& core, const Tick& tick) noexcept {
     core.state(tick.now, state_);
     state_out_.post(state_);
+    if (cycle_log_.on())
+      logCycle(tick);
     close(core, core.armCount());
     if (!isStatusCycle(tick))
       return;
@@ -68,12 +73,14 @@ class DriveShell : public RealtimeShell {
 
   void onEmergencyStop(bool pressed) noexcept;
   void writeLoop() noexcept;
+  void logCycle(const Tick& tick) noexcept;
 
   const Setup& setup_;
   dds::Bus bus_;
   dds::Writer<dds::ActuationState> states_;
   dds::Writer<dds::HalStatus> statuses_;
   Diagnostics diagnostics_;
+  CycleLog<DriveCycle> cycle_log_;
   std::function<Details(const dds::HalStatus&)> details_;
   std::optional<MismatchHandler> mismatches_;
   Outbox::Latest<dds::ActuationState>& state_out_;
@@ -83,6 +90,7 @@ class DriveShell : public RealtimeShell {
   std::atomic<EmergencyReport> emergency_{EmergencyReport::kNone};
   dds::ActuationState state_;
   dds::HalStatus status_;
+  DriveCycle cycle_;
 };
 
 }  // namespace tandem::runtime

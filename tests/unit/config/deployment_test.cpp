@@ -146,6 +146,7 @@ teleoperation:
   margin_mm: 0.5
   guidance: {points_mm: [[0, 0, 0], [0, 0, 50]], strength: 0.5, radius_mm: 7}
   crtk: {commands: false, clients: [a, b c], stamps: arrival, tip_step_mm: 1, translation_step_mm: 3, rotation_step_deg: 1.8, acceleration_mm_per_s2: 30}
+cycle_log: cycles
 console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operator_token: o, viewer_token: v, origins: ["https://a.example:1"]}
 idle_power_off_s: 45
 emergency_stop_topic_ms: 400
@@ -173,6 +174,7 @@ least_clearance_mm: -0.2
   EXPECT_EQ(d.black_box.memory, 64);
   EXPECT_EQ(d.black_box.directory.filename(), "box");
   EXPECT_EQ(d.black_box.files, 3);
+  EXPECT_EQ(d.cycle_log.filename(), "cycles");
   EXPECT_EQ(d.black_box.topics, (std::vector<std::string>{"control/*", "stop"}));
   const planning::teleoperation::Options& o = d.teleoperation.options;
   EXPECT_EQ(o.scale, 0.25);
