@@ -87,8 +87,8 @@ RobotCondition ControlCore::condition(const ParsedControlRequest& request) const
   return now;
 }
 
-/// A jog, or a request of a CRTK client without lease, is as old as the status that its sender has received: links
-/// delay messages that they do not lose.
+/// A jog, a heartbeat of the lease, or a request of a CRTK client without lease, is as old as the status that its
+/// sender has received: links delay messages that they do not lose.
 Reason ControlCore::againstEcho(const ParsedControlRequest& request, Action action, std::int64_t now) const noexcept {
   if (setup_.lockStep())
     return Reason::kNone;
@@ -96,11 +96,12 @@ Reason ControlCore::againstEcho(const ParsedControlRequest& request, Action acti
     const bool fresh = status_times_.age(request.answers_control, now) <= setup_.deployment.budgets.lease;
     return fresh ? Reason::kNone : Reason::kNoEcho;
   }
-  if (action != Action::kJog)
+  if (action != Action::kJog && !isOfLease(action))
     return Reason::kNone;
   if (request.control_session != setup_.session)
     return Reason::kOtherControl;
-  return status_times_.age(request.answers_control, now) > motions_.jogTime() ? Reason::kLate : Reason::kNone;
+  const double longest = isOfLease(action) ? setup_.deployment.budgets.lease : motions_.jogTime();
+  return status_times_.age(request.answers_control, now) > longest ? Reason::kLate : Reason::kNone;
 }
 
 ControlReply ControlCore::onRequest(const ParsedControlRequest& request, std::int64_t now) noexcept {
@@ -136,8 +137,8 @@ ControlReply ControlCore::onRequest(const ParsedControlRequest& request, std::in
   }
   if (action == Action::kReleaseLease)
     lease_.release(request.client, now);
-  else if (action == Action::kAcquireLease || action == Action::kKeepLease)
-    lease_.acquire(request.client, now);
+  else if (isOfLease(action))
+    lease_.acquire(request.client, now, timeOfAnswered(request, now));
   for (int k = first; k <= last; ++k) {
     if (!judge(action, requester, before, k))
       apply(request, k, action, now);

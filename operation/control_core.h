@@ -2,6 +2,8 @@
 /** @file Control state machine and arbitration, one cycle at a time. */
 #pragma once
 
+#include <cmath>
+
 #include "operation/arm_states.h"
 #include "operation/followed_reference.h"
 #include "operation/joint_motions.h"
@@ -74,6 +76,10 @@ class ControlCore {
     return {now, lease_.owner(now), &status_times_};
   }
   void apply(const ParsedControlRequest& request, int arm, Action action, std::int64_t now) noexcept;
+  /// When the status that a request answers was published; `now` in lock-step.
+  std::int64_t timeOfAnswered(const ParsedControlRequest& request, std::int64_t now) const noexcept {
+    return setup_.lockStep() ? now : now - std::llround(1e9 * status_times_.age(request.answers_control, now));
+  }
   Reason againstEcho(const ParsedControlRequest& request, Action action, std::int64_t now) const noexcept;
   void updateStates() noexcept;
   void loseLease(std::int64_t now) noexcept;

@@ -31,6 +31,11 @@ inline Action actionOf(const ParsedControlRequest& request) noexcept {
                                                          : kOfKind[static_cast<std::size_t>(request.kind) - 1];
 }
 
+/// Whether an action acquires or keeps the lease.
+constexpr bool isOfLease(Action action) noexcept {
+  return action == Action::kAcquireLease || action == Action::kKeepLease;
+}
+
 /** Reply to a request, for the publishing thread. */
 struct ControlReply {
   std::uint64_t client = 0;

@@ -19,13 +19,15 @@ class ControlLease {
   bool holds(std::uint64_t client, std::int64_t now) const noexcept { return client != 0 && owner(now) == client; }
 
   /// Acquires a free lease, or renews the client's own. False: another client has it, or the client is 0.
-  bool acquire(std::uint64_t client, std::int64_t now) noexcept {
+  /// @param answered  when the message that the client answers was sent: the age of a heartbeat counts from then
+  bool acquire(std::uint64_t client, std::int64_t now, std::int64_t answered) noexcept {
     if (client == 0 || (owner(now) != 0 && owner(now) != client))
       return false;
     client_ = client;
-    watchdog_.feed(now);
+    watchdog_.feed(answered);
     return true;
   }
+  bool acquire(std::uint64_t client, std::int64_t now) noexcept { return acquire(client, now, now); }
 
   /// Renews. False: the client does not have the lease (any more) and must acquire it again.
   bool keep(std::uint64_t client, std::int64_t now) noexcept { return holds(client, now) && acquire(client, now); }

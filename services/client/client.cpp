@@ -116,7 +116,7 @@ Client::Client(const config::Deployment& deployment, Callbacks callbacks, Receiv
         dds::ControlRequest keep;
         keep.client = id_;
         keep.kind = static_cast<std::uint8_t>(dds::ControlKind::kKeepLease);
-        control_requests_.write(keep);
+        control_requests_.write(answering(keep));
       }
       // Not mutex_ and changed_: samples would wake this thread thousands of times a second, and delay it.
       std::unique_lock lock(keeper_mutex_);
@@ -274,10 +274,15 @@ dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, Request& r
   return answer;
 }
 
+dds::ControlRequest Client::answering(dds::ControlRequest request) const {
+  const std::lock_guard lock(mutex_);
+  request.control_session = snapshot_.status.session;
+  request.answers_control = snapshot_.status.sequence;
+  return request;
+}
+
 dds::Reply Client::control(dds::ControlRequest request) {
-  const dds::ControlStatus seen = snapshot().status;
-  request.control_session = seen.session;
-  request.answers_control = seen.sequence;
+  request = answering(std::move(request));
   return ask("control", control_requests_, request);
 }
 dds::Reply Client::planning(dds::PlanningRequest request) { return ask("planning", planning_requests_, request); }

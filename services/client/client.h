@@ -113,6 +113,8 @@ class Client {
   std::string nameOfPauser(const Snapshot& snapshot) const;
 
  private:
+  /// The request, with session and sequence of the last control/status received.
+  dds::ControlRequest answering(dds::ControlRequest request) const;
   struct Pending;
   bool wait(double seconds,
             const std::function<bool(const Snapshot&)>& condition,

@@ -188,6 +188,8 @@ class Hostile {
       ++received_[name];
       if constexpr (std::is_same_v<M, ActuationState>)
         last_ = message;
+      if constexpr (std::is_same_v<M, ControlStatus>)
+        status_ = message;
     };
     try {
       readers_.push_back(bus_.reader(topic, arm, take, ReaderOptions{64}));
@@ -215,6 +217,11 @@ class Hostile {
   void request(ControlKind kind, const std::string& value) {
     ControlRequest request;
     request.fingerprint = fingerprint();
+    {
+      const std::lock_guard lock(mutex_);
+      request.control_session = status_.session;
+      request.answers_control = status_.sequence;
+    }
     request.client = kClient;
     request.request = ++number_;
     request.kind = static_cast<std::uint8_t>(kind);
@@ -246,6 +253,7 @@ class Hostile {
   std::mutex mutex_;
   std::map<std::string, std::uint64_t> received_;
   ActuationState last_;
+  ControlStatus status_;
   std::uint64_t number_ = 0;
   int writers_refused_ = 0, readers_refused_ = 0;
   Bus bus_;

@@ -362,6 +362,8 @@ TEST(ControlCore, ThePeriodicPathAllocatesNothing) {
     operation::CycleOutput output;
     control.onState(state);
     control.cycle(s.now, false, output);
+    parsed.control_session = output.status.session;
+    parsed.answers_control = output.status.sequence;
     control.onRequest(parsed, s.now);
     parsed.kind = ControlKind::kStateCommand;
     parsed.command = StateCommand::kEnable;

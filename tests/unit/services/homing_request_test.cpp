@@ -43,6 +43,8 @@ class HomingSystem {
     operation::ParsedControlRequest o;
     o.client = client;
     o.kind = kind;
+    o.control_session = output_.status.session;
+    o.answers_control = output_.status.sequence;
     return control_.onRequest(o, now_).refusal.code();
   }
   ReplyCode home(std::uint64_t client) {

@@ -245,5 +245,63 @@ TEST(LossyLinks, AMotionArrivesExactlyAndWithinItsLimits) {
   }
 }
 
+/** A client behind a link that delays its lease requests, one every 0.1 s. */
+class DelayedClient {
+ public:
+  DelayedClient(System& system, double delay) : system_(system), delay_(std::llround(1e9 * delay)) {}
+
+  /// Before each tick.
+  void tick(bool sends, dds::ControlKind kind = dds::ControlKind::kKeepLease) {
+    if (sends && system_.ticks % 100 == 0)
+      link_.emplace_back(system_.now + delay_, system_.requestOf(kind));
+    while (!link_.empty() && link_.front().first <= system_.now) {
+      system_.control.onRequest(link_.front().second, system_.now);
+      link_.pop_front();
+    }
+  }
+
+ private:
+  System& system_;
+  std::int64_t delay_;
+  std::deque<std::pair<std::int64_t, operation::ParsedControlRequest>> link_;
+};
+
+bool lostItsLease(const System& s) { return (s.output.status.faults[0] & bit(safety::Fault::kLeaseLost)) != 0; }
+
+/// A link that delays messages goes on delivering heartbeats of a client that is gone.
+TEST(LossyLinks, HeartbeatsUnderWayDoNotKeepTheLease) {
+  System s;
+  s.getMoving();
+  DelayedClient client(s, 0.7);
+  for (int i = 0; i < 3000; ++i) {
+    client.tick(true);
+    if (i < 700 && i % 100 == 0)
+      s.sendRequest(dds::ControlKind::kKeepLease);
+    s.tick();
+  }
+  ASSERT_FALSE(s.standing()) << "a delay shorter than the lease keeps it";
+  const double seconds = s.until([&] { return client.tick(false), lostItsLease(s); }, 4.0);
+  EXPECT_GE(seconds, 0.0);
+  EXPECT_LE(seconds, 1.0 + 0.2) << "the age of a heartbeat counts from the status that it answers";
+}
+
+TEST(LossyLinks, RequestsOlderThanTheLeaseNeitherKeepNorAcquireIt) {
+  System s;
+  s.getMoving();
+  DelayedClient client(s, 1.5);
+  const double seconds = s.until([&] { return client.tick(true), lostItsLease(s); }, 4.0);
+  EXPECT_GE(seconds, 0.0);
+  EXPECT_LE(seconds, 1.0 + 0.2);
+  for (int i = 0; i < 3000; ++i) {
+    client.tick(true, dds::ControlKind::kAcquireLease);
+    s.tick();
+    ASSERT_EQ(s.output.status.lease_owner, 0u);
+  }
+  auto to_another = s.requestOf(dds::ControlKind::kAcquireLease);
+  ++to_another.control_session;
+  EXPECT_EQ(s.control.onRequest(to_another, s.now).refusal.reason, operation::Reason::kOtherControl);
+  EXPECT_EQ(s.sendRequest(dds::ControlKind::kAcquireLease).refusal.reason, operation::Reason::kNone);
+}
+
 }  // namespace
 }  // namespace tandem::test
