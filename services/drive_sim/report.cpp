@@ -56,7 +56,8 @@ json describeDrive(const DriveBus& bus, sim::drives::Drive& drive) {
                  {"peak_velocity", r.peak_velocity},
                  {"stop_begin", 1e-9 * static_cast<double>(r.stop_begin)},
                  {"stop_travel", r.stop_travel},
-                 {"stop_duration", r.stop_duration}});
+                 {"stop_duration", r.stop_duration},
+                 {"longest_silence", r.longest_silence}});
   return result;
 }
 

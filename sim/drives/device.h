@@ -66,6 +66,8 @@ class Device : private SdoAccess {
   ObjectDictionary& dictionary() noexcept { return dictionary_; }
   const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
   const DeviceCounters& counters() const noexcept { return counters_; }
+  /// Time since the last command PDO, s.
+  double commandSilence() const noexcept { return pdos_.silence(now_); }
   std::uint16_t lastError() const noexcept { return last_error_; }
 
   static constexpr std::int64_t kBootTime = 20'000'000;

@@ -276,6 +276,9 @@ void Drive::resetFault() noexcept {
 
 void Drive::step(double dt) noexcept {
   const double before = motor_.position();
+  // At the end of the step before, in which the deadline of the command PDO was checked.
+  if (state_ == DriveState::kEnabled)
+    record_.longest_silence = std::max(record_.longest_silence, commandSilence() - dt);
   if (state_ == DriveState::kNotReady && powered() && nmt() != NmtState::kBootUp)
     enter(DriveState::kSwitchOnDisabled);
   if (emergency_stop && state_ != DriveState::kNotReady && state_ != DriveState::kSwitchOnDisabled &&

@@ -72,6 +72,8 @@ struct DriveRecord {
   std::int64_t stop_begin = 0;
   double stop_travel = 0.0;
   double stop_duration = 0.0;  ///< s
+  /// Longest time without a command PDO after which the drive was still in operation, s.
+  double longest_silence = 0.0;
 };
 
 class Drive final : public Device {

@@ -237,4 +237,13 @@ int PdoEngine::takeMissedDeadlines(std::int64_t now) noexcept {
   return missed;
 }
 
+double PdoEngine::silence(std::int64_t now) const noexcept {
+  std::int64_t last = 0;
+  for (const Pdo& pdo : pdos_) {
+    if (pdo.receive && pdo.valid && pdo.event > 0 && pdo.seen)
+      last = std::max(last, pdo.last_time);
+  }
+  return last == 0 ? 0.0 : 1e-9 * static_cast<double>(now - last);
+}
+
 }  // namespace tandem::sim::drives

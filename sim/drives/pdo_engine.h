@@ -42,6 +42,8 @@ class PdoEngine {
   /// Number of RPDO deadlines (event timer) missed since the last call: each counts once until the RPDO is received
   /// again.
   int takeMissedDeadlines(std::int64_t now) noexcept;
+  /// Time since the last RPDO that has a deadline, s; 0 before the first one.
+  double silence(std::int64_t now) const noexcept;
 
  private:
   struct Pdo {
