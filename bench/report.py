@@ -139,12 +139,20 @@ def montecarlo(results):
         ["method", "cores", "tasks", "s", "tasks per s", "of one core's", "feasible ones done"], rows
 
 
+def stops(results):
+    found = results.files.get("stops", {})
+    rows = [[f"from {cause} to the latch", *timed(run["latch"])[:-1]] for cause, run in found.items() if cause != "host"]
+    rows += [[f"{cause}: from the latch to the last motion", *timed(run["motion"])[:-1]] for cause, run in found.items() if cause != "host"]
+    rows += [["lateness of a thread that only wakes up", *timed(found["host"])[:-1]]] if found else []
+    return "Stops at 1 kHz on the wall clock: client, DDS, both loops and the ramp included", ["what", *TIMES], rows
+
+
 def instructions(results):
     return "Instructions per call, by callgrind", ["what", "instructions"], \
         [[name, str(count)] for name, count in results.files.get("instructions", {}).items()]
 
 
-SECTIONS = (kinematics, cooperative, steps, cycles, scaling, hal, trips, batches, simulation, methods, montecarlo, instructions)
+SECTIONS = (kinematics, cooperative, steps, cycles, scaling, hal, trips, batches, simulation, methods, montecarlo, stops, instructions)
 
 
 def show(title, heads, rows, markdown):

@@ -20,6 +20,7 @@ writes results (all of them in bench.json) and figures:
   bench_security    a round trip from state to command between two participants, secured and plain
   batch.py          tip poses in batches of 1 to 100,000, Python compared with C++ in the same run, on one core and on all
   simulation.py     lock-step simulation, in one process and over DDS; Monte Carlo, on one core and on all
+  stops.py          stops at 1 kHz with real processes, on the wall clock, beside a thread that measures the host
   instructions.py   instructions per call, counted by callgrind; error: more than 5 % above bench/instructions.json
 
 Percentiles are over the cases (10,000 joint vectors, 2,000 programmes, steps or cycles, 5,000 cycles of the HAL; fewer for
@@ -71,6 +72,8 @@ say "running batch.py"
 /usr/bin/python3 "$root/bench/batch.py" "$bin" --output "$output/batch.json" >"$output/batch.log" || die "batch.py failed"
 say "running simulation.py"
 /usr/bin/python3 "$root/bench/simulation.py" "$bin/tandem" --output "$output/simulation.json" || die "simulation.py failed"
+say "running stops.py"
+/usr/bin/python3 "$root/bench/stops.py" "$bin" --output "$output/stops.json" >"$output/stops.log" 2>&1 || die "stops.py failed; see $output/stops.log"
 say "counting instructions"
 status=0
 /usr/bin/python3 "$root/bench/instructions.py" "$bin/bench_instructions" --output "$output/instructions.json" || status=$?

@@ -12,8 +12,9 @@ Usage: deploy/test.sh [--preset NAME] [--no-install] [--room NAME] [CTEST ARGUME
 Installs the Debian packages that are missing, builds, and runs ctest. All other arguments go to ctest. Tests with the
 label `long` run only if a label is given with -L. Unit tests run two at a time, all others one by one, because they
 start processes in real time. If the host of a virtual machine took 5 % or more of the processor time, those of
-these others that failed run once more, with a note. A complete run also checks the list of hazards (docs/hazards.md), and the cost of
-compilation against the recorded value (deploy/build-times.sh --check).
+these others that failed run once more, with a note; not those with the label `fault`, which judge each process on its own clock.
+A complete run also checks the list of hazards (docs/hazards.md), and the cost of compilation against the recorded value
+(deploy/build-times.sh --check).
 Exit code: that of ctest, or 1 if the tests do not show a hazard's control.
 
 Presets other than `release` skip checks whose result is the same for all: source style (label `lint`), hazards, build times.
@@ -120,7 +121,7 @@ run() {
 # Lists the failed tests at the end, each with the end of its output, which would be lost in a log of thousands of lines.
 failures() {
   local name
-  for name in lint unit other; do
+  for name in lint unit fault other; do
     [[ ! -e $results/${name}_again.xml ]] || name+=_again
     [[ -e $results/$name.xml ]] || continue
     /usr/bin/python3 - "$results/$name.xml" <<'PYTHON'
@@ -133,13 +134,14 @@ PYTHON
 }
 run lint 1 -L '^lint$' ${exclude:+-LE "${exclude#|}"}
 run unit 2 -L '^unit$' ${exclude:+-LE "${exclude#|}"}
-others=(-LE "^(unit|lint)\$$exclude")
+{ $sanitized && ((${#arguments[@]} == 0)); } || run fault 1 -L '^fault$' ${exclude:+-LE "${exclude#|}"}
+others=(-LE "^(unit|lint|fault)\$$exclude")
 ! $sanitized || ((${#arguments[@]} > 0)) || others+=(-L '^integration_in_process$')
 run other 1 "${others[@]}"
 
 $ran || die "no test matches: ${arguments[*]}"
 say "summary, preset $preset"
-(cd "$results" && grep -Hs "tests passed" -- lint unit other | sed "s/:/ tests: /") || true
+(cd "$results" && grep -Hs "tests passed" -- lint unit fault other | sed "s/:/ tests: /") || true
 ((status == 0)) || failures
 if ((${#arguments[@]} == 0)); then
   say "slowest tests, s"

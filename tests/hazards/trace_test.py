@@ -50,7 +50,7 @@ class Trace(unittest.TestCase):
             results.flush()
             answer = subprocess.run([sys.executable, HERE / "trace.py", "--results", results.name], capture_output=True, text=True)
         self.assertEqual(answer.returncode, 1)
-        self.assertIn("H02 (The robot continues to move after a stop request): no test is called fault_latched", answer.stderr)
+        self.assertIn("H02 (The robot continues to move after a stop request): no test is called fault_default_budgets", answer.stderr)
 
 
 if __name__ == "__main__":
