@@ -116,12 +116,11 @@ class Judge:
 
     def judge_states(self):
         """Only an operator enables, resumes and clears; causes stay until then."""
-        allowed = self.ALLOWED
         for arm in self.log.arms:
             for i in range(1, len(self.log.rows)):
-                self._judge_change(arm, i, allowed)
+                self._judge_change(arm, i)
 
-    def _judge_change(self, arm, i, allowed):
+    def _judge_change(self, arm, i):
         before, after = self.states[arm][i - 1], self.states[arm][i]
         old, new = self.faults[arm][i - 1], self.faults[arm][i]
         begin, end = self.log.now[i - 1], self.log.now[i]
@@ -129,8 +128,9 @@ class Judge:
             self.latches.append((end, arm, new))
         if before == FAULT and after not in (FAULT, DISABLED):
             self.wrong(i, f"{arm} left FAULT to state {after}")
-        if (before, after) in allowed and not self.windows.covers(allowed[before, after], begin, end):
-            self.wrong(i, f"{arm} went from state {before} to {after}, and nobody asked for `{allowed[before, after]}`")
+        needed = self.ALLOWED.get((before, after))
+        if needed and not self.windows.covers(needed, begin, end):
+            self.wrong(i, f"{arm} went from state {before} to {after}, and nobody asked for `{needed}`")
         if old & ~new and not self.windows.covers("disable", begin, end):
             self.wrong(i, f"{arm} lost the fault bits {old & ~new}, and nobody asked for `disable`")
         if after == FAULT and new == 0 and not self.windows.covers("disable", begin, end):  # the drives clear theirs after control
@@ -162,21 +162,18 @@ class DriveJudge(Judge):
         self._fed = None           # when the last command was accepted
         self._last = {}            # number of the last command by session of control
         self._accepted = []        # whether a command was accepted, per cycle
-        self._read()
         self._judge_commands()
         self.judge_states()
         if not log.path.name.startswith("hal-"):  # drives move by themselves, too: they keep their own records
             for arm in log.arms:
                 self._judge_motion(arm)
 
-    def _read(self):
-        names = ("control_session", "command", "answers_session", "answers_state", "session", "stop")
-        self._columns = list(zip(*(self.log.column(name) for name in names)))
-
     def _judge_commands(self):
+        names = ("control_session", "command", "answers_session", "answers_state", "session", "stop")
+        columns = zip(*(self.log.column(name) for name in names))
         numbers_seen = collections.deque(maxlen=100)
         session = None
-        for i, (control, number, answers_session, answered, own, stop) in enumerate(self._columns):
+        for i, (control, number, answers_session, answered, own, stop) in enumerate(columns):
             accepted = False
             powered = self.with_power(i, ENABLED, PAUSED) if i else []
             before = [arm for arm in powered if self.states[arm][i - 1] == ENABLED]
