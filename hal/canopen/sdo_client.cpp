@@ -100,7 +100,7 @@ void SdoClient::push(const CanFrame& frame) noexcept {
 
 void SdoClient::fail(SdoAbort code, bool send_abort) noexcept {
   status_ = SdoStatus::kAborted;
-  abort_ = code;
+  abort_ = code == SdoAbort::kNone ? SdoAbort::kGeneral : code;  // a node may send an abort whose code is 0
   outgoing_count_ = 0;
   if (send_abort)
     push(sdo::abort(requestId(), object_, code));
