@@ -56,7 +56,7 @@ class Beside(system.SystemTest):
 
     def test_1_khz_beside_the_page(self):
         real_time = system.may_have_priorities()
-        running = self.start("laptop-1khz", **({} if real_time else {"budgets": system.WIDE_BUDGETS}))
+        running = self.start("laptop-1khz", **system.real_time())
         ways = [self.trajectory(name, [0, way, 0], following="timed", speed_mm_per_s=2, acceleration_mm_per_s2=10)
                 for name, way in (("there", 8), ("back", -8))]
         print(f"  {'real-time priorities, default budgets' if real_time else 'default scheduling, wide budgets'}")

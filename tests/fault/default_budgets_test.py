@@ -130,8 +130,7 @@ class DefaultDriveBudgets(HalTest):
         for bus in "ab":
             self.drive_sim(bus)
         logs = self.folder / "cycles"
-        priority = 30 if system.may_have_priorities() else 0
-        self.system = self.start_hal(control_period_s=0.004, realtime_priority=priority, cycle_log=logs)
+        self.system = self.start_hal(control_period_s=0.004, cycle_log=logs)
         self.operator = Operator(self, self.system)
         self.await_ready(self.system)
         self.assertTrue(any(self.freeze_hal(0.2) for _ in range(ATTEMPTS)), f"in {ATTEMPTS} attempts a fault came before the freeze")

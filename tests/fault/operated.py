@@ -47,7 +47,7 @@ class Operator:
                 self.client.wait(5)
             system.reap(self.client)
             self.client = None
-        self._test.assert_ok(self.ask("disable"))
+        system.until(lambda: self.ask("disable").returncode == 0, 60, "`disable` is obeyed")
         system.until(lambda: self.robot.status()["lease_owner"] == 0, 30, "the lease is free, given back or lost")
         if self._moving_since is not None:
             self.windows.add("motion", self._moving_since, time.monotonic())

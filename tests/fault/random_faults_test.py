@@ -44,7 +44,7 @@ class Robot:
         self.running = {}
         for name in PROGRAMS:
             self.start(name)
-        self._watchers = {}
+        self._watchers, self.observers_restarted = {}, 0
 
     def spawn(self, program, *words, host=1):
         inside = self._hosts[host].inside if self._hosts else []
@@ -61,17 +61,30 @@ class Robot:
     def robot(self, *words):
         return system.run("robot", "--deployment", self.path, *words, inside=self.inside)
 
-    def _watcher(self, host):
+    def _observed(self, host, parts):
+        """Status by an observer on that host, which is started again if it receives nothing new: rarely, a secured participant does not
+        find a restarted one."""
         if host not in self._watchers:
             self._watchers[host] = system.Watcher(self.path, self._hosts[host].inside if self._hosts else ())
-        return self._watchers[host]
+        try:
+            return self._watchers[host].status(parts=parts)
+        except AssertionError:
+            self._watchers.pop(host).close()
+            self.observers_restarted += 1
+            raise
 
     def status(self, *parts):
-        return self._watcher(1).status(parts=parts or None)
+        return self._observed(1, parts or None)
 
     def joints(self):
         """By the host of the simulator: the other one may be cut off."""
-        return [arm["joints"] for arm in self._watcher(0).status(parts=("state",))["arms"]]
+        def received():
+            try:
+                return [arm["joints"] for arm in self._observed(0, ("state",))["arms"]]
+            except AssertionError:
+                return None
+
+        return system.until(received, 60, "an observer receives the joints")
 
     def close(self):
         for watcher in self._watchers.values():
@@ -296,7 +309,8 @@ class RandomFaults(system.SystemTest):
         latched = collections.Counter(faults for judge in judges for _, _, faults in judge.latches)
         late = max(max(judge.log.late) for judge in judges)
         print(f"  {place}, {'secured' if secured else 'plain'}: {sum(len(judge.log.rows) for judge in judges)} cycles of {len(judges)} "
-              f"processes, {sum(latched.values())} latches, latest wake-up {1e3 * late:.0f} ms late", flush=True)
+              f"processes, {sum(latched.values())} latches, latest wake-up {1e3 * late:.0f} ms late, "
+              f"{self.robot.observers_restarted} observers started again", flush=True)
         for at, text in sorted(violation for judge in judges for violation in judge.violations):
             begun = [number for begin, number in self.times if begin <= at]
             self.wrong.append(f"fault {begun[-1] if begun else 'none'}: {text}")

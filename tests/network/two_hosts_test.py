@@ -15,9 +15,8 @@ from credentials import Authority, system  # noqa: E402
 import network  # noqa: E402
 
 PRESET = "two-hosts"
-# For a loaded machine: two hosts and the wire share its processors, and drives and control have priority.
-CHANGES = {"sim_period_ms": 10, "budgets": "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 10000}"}
-REFERENCE_AGE = 1.0   # s without a reference
+CHANGES = {"sim_period_ms": 10, **system.real_time()}
+REFERENCE_AGE = 1.0 if "budgets" in CHANGES else 0.25  # s without a reference
 PERIOD = 0.1          # s, of control
 POOR = {"delay": 0.02, "jitter": 0.01, "loss": 0.05, "duplicates": 0.05}
 LACK = network.missing()

@@ -19,7 +19,6 @@ import numpy as np  # noqa: E402
 import system  # noqa: E402
 import tandem  # noqa: E402
 
-BUDGETS = "{minimum_age_ms: 300, planning_reference_ms: 1000}"
 
 
 def line(displacement_mm, speed=4):
@@ -36,7 +35,7 @@ class Running(unittest.TestCase):
         folder = tempfile.TemporaryDirectory(prefix="tandem-test-")
         cls.addClassCleanup(folder.cleanup)
         cls.folder = pathlib.Path(folder.name)
-        cls.path = system.deployment(cls.folder, "laptop", budgets=BUDGETS)
+        cls.path = system.deployment(cls.folder, "laptop", **system.real_time())
         cls.system = system.System(cls.path)
         cls.addClassCleanup(cls.system.close)
 
@@ -198,7 +197,7 @@ class Alone(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="tandem-test-")
         self.addCleanup(folder.cleanup)
-        self.path = system.deployment(folder.name, "laptop", budgets=BUDGETS)
+        self.path = system.deployment(folder.name, "laptop", **system.real_time())
 
     def test_no_running_system(self):
         with self.assertRaisesRegex(tandem.ConfigError, "laptop"):
@@ -235,7 +234,7 @@ class Catheters(unittest.TestCase):
 
     def test_arms_follow_a_path(self):
         with tempfile.TemporaryDirectory(prefix="tandem-test-") as folder:
-            path = system.deployment(folder, "ablation-pair", budgets=BUDGETS,
+            path = system.deployment(folder, "ablation-pair", **system.real_time(),
                                      robot=system.PRESETS / "cooperative" / "ablation-pair.yaml")
             lift = pathlib.Path(folder) / "lift.yaml"
             lift.write_text("{tandem: path/1, name: lift, shape: line, along: [z], size_mm: 1, duration_s: 2, hold: none}\n")

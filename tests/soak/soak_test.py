@@ -72,8 +72,7 @@ class Soak(system.SystemTest):
         os.environ["LD_PRELOAD"] = str(PROBE)
         self.addCleanup(os.environ.pop, "LD_PRELOAD", None)
         real_time = system.may_have_priorities()
-        keys = {"realtime_priority": 30} if real_time else {"budgets": system.WIDE_BUDGETS}
-        running = self.start("laptop-1khz", console=f"{{port: {system.free_port()}}}", **keys)
+        running = self.start("laptop-1khz", console=f"{{port: {system.free_port()}}}", **system.real_time())
         del os.environ["LD_PRELOAD"]  # clients need none
         print(f"  {'real-time priorities, default budgets' if real_time else 'default scheduling, wide budgets'}")
         return running

@@ -121,7 +121,7 @@ class Processes(HalTest):
             self.drive_sim(bus)
 
     def moving(self):
-        running = self.start_hal(control_period_s=CONTROL_PERIOD, realtime_priority=30 if system.may_have_priorities() else 0)
+        running = self.start_hal(control_period_s=CONTROL_PERIOD)
         self.await_ready(running)
         self.begin_motion(running)
         return running

@@ -115,7 +115,7 @@ class LockStep(Test):
 
 class RealTime(Test):
     def start_pair(self):
-        return self.start("ablation-pair", robot=COOPERATIVE / "ablation-pair.yaml", budgets=system.WIDE_BUDGETS)
+        return self.start("ablation-pair", robot=COOPERATIVE / "ablation-pair.yaml", **system.real_time())
 
     def rise(self, robot):
         """Difference of both insertions from those of home, m."""
@@ -174,7 +174,7 @@ class RealTime(Test):
         self.assertLess(max(map(abs, self.rise(robot))), 1e-5)
 
     def test_an_assisted_tip_follows_and_is_recorded(self):
-        robot = self.start("ablation-assist", robot=COOPERATIVE / "ablation-assist.yaml", budgets=system.WIDE_BUDGETS)
+        robot = self.start("ablation-assist", robot=COOPERATIVE / "ablation-assist.yaml", **system.real_time())
         file, end = self.record(robot.path)
         eight = self.path("eight", shape="lissajous", along="[x, y]", size_mm=2, duration_s=6, hold="places")
         answer = self.assert_ok(robot.robot("run", eight, timeout=90))

@@ -27,7 +27,7 @@ class Clearance(system.SystemTest):
     def logged(self, **changes):
         """The preset `laptop`; what its processes log is in the file `log`."""
         with open(self.folder / "log", "w", encoding="utf-8") as log, unittest.mock.patch.object(system.System, "stderr", log):
-            return self.start("laptop", budgets=system.WIDE_BUDGETS, **changes)
+            return self.start("laptop", **system.real_time(), **changes)
 
     def test_interlock(self):
         robot = self.logged(least_clearance_mm=0)

@@ -17,7 +17,7 @@ import system  # noqa: E402
 class Commanders(system.SystemTest):
     def setUp(self):
         super().setUp()
-        self.system = self.start("laptop", budgets=system.WIDE_BUDGETS)
+        self.system = self.start("laptop", **system.real_time())
         self.home = self.system.joints()
 
     def changed(self, name, old, new):
@@ -127,7 +127,7 @@ class Commanders(system.SystemTest):
 
 class Ends(system.SystemTest):
     def test_a_terminal_that_is_closed_is_ctrl_c(self):
-        robot = self.start("laptop", budgets=system.WIDE_BUDGETS)
+        robot = self.start("laptop", **system.real_time())
         run = self.start_run(robot, self.long_line())
         robot.await_motion(run)
         run.send_signal(signal.SIGHUP)

@@ -55,7 +55,7 @@ class StatusTable(system.SystemTest):
         return terminal
 
     def test_states_tips_and_time(self):
-        path = system.deployment(self.folder, "laptop", budgets=system.WIDE_BUDGETS)
+        path = system.deployment(self.folder, "laptop", **system.real_time())
         with system.System(path) as robot:
             terminal = self.follow(path)
             screen = terminal.until(lambda text: "arm_a" in text and "not known" not in text)

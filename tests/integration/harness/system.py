@@ -206,12 +206,16 @@ class Watcher:
         self._process.stdout.close()
 
 
-# For functional tests on a loaded machine.
-WIDE_BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 2000, clearance_ms: 5000}"
-
-
 def may_have_priorities():
     return subprocess.run(["chrt", "--fifo", "1", "true"], stderr=subprocess.DEVNULL, check=False).returncode == 0
+
+
+def real_time():
+    """Keys of a deployment in real time: as on a robot's PC, real-time priority and the default budgets; wide budgets only where this
+    user may not have such priorities."""
+    if may_have_priorities():
+        return {"realtime_priority": 30}
+    return {"budgets": "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 2000, clearance_ms: 5000}"}
 
 
 class System:

@@ -75,7 +75,7 @@ class OneArm(system.SystemTest):
                 self.assertEqual(row["epsilon_ab"] is not None, relative)
 
     def test_running_system(self):
-        robot = self.start("one-arm", robot=system.PRESETS / "robots" / "timc2024.yaml", budgets=system.WIDE_BUDGETS)
+        robot = self.start("one-arm", robot=system.PRESETS / "robots" / "timc2024.yaml", **system.real_time())
         quick = self.file("quick.yaml", CIRCLE)
         answer = self.assert_ok(robot.robot("run", quick, timeout=60))
         self.assertIn("finished: 40 points", answer.stdout)

@@ -71,7 +71,7 @@ class OwnMethod(system.SystemTest):
         self.assertIn(",ok", own)
 
     def test_a_running_system(self):
-        robot = self.start("laptop", budgets=system.WIDE_BUDGETS, method="foreign", method_library=self.library)
+        robot = self.start("laptop", **system.real_time(), method="foreign", method_library=self.library)
         self.assert_ok(robot.robot("enable"))
         system.until(lambda: f"method foreign: own-nspwln of {self.library}" in system.run("status", robot.path).stdout, 10,
                      "status names method and library, which come with control's diagnostics")

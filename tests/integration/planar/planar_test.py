@@ -41,7 +41,7 @@ class Planar(system.SystemTest):
         self.assertAlmostEqual(max(y for _, y in at) - min(y for _, y in at), 0.04, delta=2e-3)
 
     def test_running_system(self):
-        robot = self.start("planar-pair", robot=ROBOT, budgets=system.WIDE_BUDGETS)
+        robot = self.start("planar-pair", robot=ROBOT, **system.real_time())
         circle = self.folder / "circle.yaml"
         circle.write_text("tandem: trajectory/1\nname: circle\narm: a\nother_arm: b\npoints: 60\nrelative: hold\n"
                           "following: timed\nspeed_mm_per_s: 30\nacceleration_mm_per_s2: 100\ntolerance_mm: 0.9\nmax_iterations: 1000\n"

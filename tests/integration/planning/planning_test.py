@@ -51,13 +51,10 @@ class Live:
 
 
 class Computations(system.SystemTest):
-    # Function is tested here, on a loaded machine, too. A computation of seconds on the thread that publishes references, or at its
-    # priority with one of its locks, would still exceed these budgets.
-    budgets = system.WIDE_BUDGETS
-
+    # A computation of seconds on the thread that publishes references, or at its priority with one of its locks, would exceed the budgets.
     def setUp(self):
         super().setUp()
-        self.system = self.start("laptop", budgets=self.budgets)
+        self.system = self.start("laptop", **system.real_time())
         self.path = self.system.path
 
     def plan(self, *words, code=0):
@@ -138,7 +135,7 @@ class Computations(system.SystemTest):
 
 class Clearance(system.SystemTest):
     def test_control_publishes_how_near_the_bodies_are(self):
-        running = self.start("laptop", budgets=Computations.budgets, port="{radius_mm: 15, depth_mm: 5}")
+        running = self.start("laptop", **system.real_time(), port="{radius_mm: 15, depth_mm: 5}")
 
         # At home the bodies touch: move to other joints.
         asked = system.run("plan", "ik", "--tip", "a=0.02,0.01,0.3", "--clearance-mm", 2, "--json", timeout=120)

@@ -22,8 +22,7 @@ class RealTime:
 
     def setUp(self):
         super().setUp()
-        # Function is tested here, on a loaded machine, too; the time budgets have separate tests.
-        self.system = self.start(self.preset, budgets=system.WIDE_BUDGETS)
+        self.system = self.start(self.preset, **system.real_time())
 
     def status(self):
         return self.system.status()

@@ -16,14 +16,11 @@ CYCLONE = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=
 <AllowMulticast>false</AllowMulticast></General><Discovery><ParticipantIndex>auto</ParticipantIndex>
 <MaxAutoParticipantIndex>31</MaxAutoParticipantIndex><Peers><Peer Address="127.0.0.1"/></Peers></Discovery>
 <Internal><GenerateKeyhash>true</GenerateKeyhash></Internal></Domain></CycloneDDS>"""
-# Function is tested here, on a loaded machine, too; the budgets are tested with a simulated clock (Operator.*).
-BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, teleoperation_ms: 400, lease_ms: 3000}"
-MEASURED_BUDGETS = "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 3000}"
 
 
 class Teleoperation(system.SystemTest):
-    def begin(self, teleoperation="{leash_mm: 1}", budgets=BUDGETS):
-        self.system = self.start("teleop", budgets=budgets, teleoperation=teleoperation)
+    def begin(self, teleoperation="{leash_mm: 1}"):
+        self.system = self.start("teleop", teleoperation=teleoperation, **system.real_time())
 
     def trace(self, name, *phases):
         """A CSV file: each phase is (seconds, present, velocity in mm/s)."""
@@ -94,7 +91,7 @@ class Teleoperation(system.SystemTest):
         self.assert_ok(self.system.robot("run", self.trajectory("after", [0, -2, 0], points=3, max_iterations=500)))
 
     def test_a_device_that_dies_or_hangs_stops_the_robot(self):
-        self.begin(budgets=MEASURED_BUDGETS)
+        self.begin()
         long = self.trace("long", (0.3, 0, (0, 0, 0)), (3.0, 1, (0, 6, 0)), (3.0, 1, (0, -6, 0)), (3.0, 1, (0, 6, 0)),
                           (3.0, 1, (0, -6, 0)))
         for how in (signal.SIGSTOP, signal.SIGKILL):
