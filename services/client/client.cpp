@@ -75,7 +75,11 @@ Client::Client(const config::Deployment& deployment, Callbacks callbacks, Receiv
       [this, received](const auto& m) { received(&Snapshot::state, &Snapshot::states, m, callbacks_.state); }, deep);
   statuses_ = bus_.reader(
       dds::kControlStatus,
-      [this, received](const auto& m) { received(&Snapshot::status, &Snapshot::statuses, m, callbacks_.status); },
+      [this, received](const auto& m) {
+        control_session_ = m.session;
+        control_sequence_ = m.sequence;
+        received(&Snapshot::status, &Snapshot::statuses, m, callbacks_.status);
+      },
       deep);
   references_ = bus_.reader(
       dds::kPlanningReference,
@@ -275,9 +279,8 @@ dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, Request& r
 }
 
 dds::ControlRequest Client::answering(dds::ControlRequest request) const {
-  const std::lock_guard lock(mutex_);
-  request.control_session = snapshot_.status.session;
-  request.answers_control = snapshot_.status.sequence;
+  request.control_session = control_session_;
+  request.answers_control = control_sequence_;
   return request;
 }
 

@@ -146,6 +146,7 @@ class Client {
   dds::Reader control_replies_, planning_replies_, sim_replies_, hal_replies_, states_, statuses_, references_, hals_,
       clearances_, summaries_, diagnostics_, sim_tips_;
   std::atomic<bool> keep_lease_{false}, ending_{false};
+  std::atomic<std::uint64_t> control_session_{0}, control_sequence_{0};  ///< of the last control/status, without mutex_
   std::unique_ptr<Clocks> clocks_;
   std::mutex keeper_mutex_;
   std::condition_variable keeper_changed_;

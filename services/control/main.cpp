@@ -218,12 +218,13 @@ class RealTime {
     operation::ParsedControlRequest request;
     cycle_.lease_client = 0;
     while (requests_.pop(request)) {
-      if (operation::isOfLease(operation::actionOf(request))) {
+      const operation::ControlReply reply = service_.core.onRequest(request, tick.now);
+      const std::uint64_t owner = service_.core.leaseOwner(tick.now);
+      service_.owner.store(owner, std::memory_order_relaxed);
+      if (owner == request.client && operation::isOfLease(operation::actionOf(request))) {
         cycle_.lease_client = request.client;
         cycle_.lease_answers = request.answers_control;
       }
-      const operation::ControlReply reply = service_.core.onRequest(request, tick.now);
-      service_.owner.store(service_.core.leaseOwner(tick.now), std::memory_order_relaxed);
       answers_.post(reply);
     }
     takeOperators(tick.now);

@@ -31,7 +31,7 @@ struct ControlCycle {
   bool state_taken = false, reference_taken = false, input_taken = false;
   dds::ActuationState state;         ///< the last one taken
   dds::PlanningReference reference;  ///< likewise
-  std::uint64_t lease_client = 0;    ///< who asked for the lease, or to keep it, in this cycle; 0: nobody
+  std::uint64_t lease_client = 0;    ///< the lease owner, if it acquired or kept the lease in this cycle; else 0
   std::uint64_t lease_answers = 0;   ///< sequence of the control/status that this request answers
   dds::TeleopInput input;            ///< of the lease owner, the last one taken
   dds::ControlStatus status;         ///< published in this cycle

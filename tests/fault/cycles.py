@@ -317,8 +317,8 @@ class ControlJudge(Judge):
             given = input_status if input_status is not None else given
             if i:
                 self._judge_cycle(i, now, answered, restarted, reference, given, source_before, moving, fed, owner)
-            if client is not None and client == lease:
-                fed = self._statuses.get(lease_status, fed)
+            if client is not None and now - self._statuses.get(lease_status, -INFINITE) <= self.budgets.lease:
+                fed = self._statuses[lease_status]
             owner, source_before = lease, source
 
     def _judge_cycle(self, i, now, answered, restarted, reference, given, source, moving, fed, owner):

@@ -65,19 +65,19 @@ class Commanders(system.SystemTest):
         self.assert_ok(system.run("robot", "--deployment", same, "disable"))
         self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
 
-    def stops_when_appears(self, program):
+    def stops_when_appears(self, program, gains):
         self.assert_ok(self.system.robot("enable"))
         run = self.start_run(self.system, self.long_line())
         self.system.await_motion(run)
-        other = self.mover(program, self.quicker())
+        other = self.mover(program, self.changed("other", "relative_gain_per_s: 5", f"relative_gain_per_s: {gains}"))
         system.until(lambda: self.system.states() == ["FAULT", "FAULT"], 10, "the arms stop")
         self.assertTrue(all("mismatch" in arm["faults"] for arm in self.system.status()["arms"]))
         system.until(self.mismatches, 5, "status names it")
-        self.assertIn("control_period: 0.1 here, 0.05 there", self.mismatches()[0])
+        self.assertIn(f"relative_gain: 5 here, {gains} there", self.mismatches()[0])
         self.assertIn(f"pid {other.pid}", self.mismatches()[0])
         self.assertEqual(run.wait(20), 1)
         self.system.robot("disable")  # DDS may deliver only the commands of the other control to the drives, which have no power
-        self.assert_refused(self.system.robot("enable"), "uses another robot or deployment", f"pid {other.pid}", "control_period")
+        self.assert_refused(self.system.robot("enable"), "uses another robot or deployment", f"pid {other.pid}", "relative_gain")
         self.system.assert_still(self)
         other.send_signal(signal.SIGINT)
         self.assertIn(": ignored: ", other.communicate(timeout=20)[1])
@@ -87,10 +87,10 @@ class Commanders(system.SystemTest):
         self.assert_ok(self.system.robot("disable"))
 
     def test_an_arm_stops_when_another_control_appears(self):
-        self.stops_when_appears("tandem-control")
+        self.stops_when_appears("tandem-control", gains=4)
 
     def test_an_arm_stops_when_another_robot_appears(self):
-        self.stops_when_appears("tandem-sim")
+        self.stops_when_appears("tandem-sim", gains=6)
 
     def test_one_system_per_domain_and_prefix(self):
         pid = self.system.pids["control"]

@@ -52,12 +52,14 @@ class Secured(ConsoleTest):
         robot = wire.fingerprint(self.port, Authorization=f"Bearer {OPERATOR}")
         # A request that leaves before the console's new writer and control know each other is lost: it is repeated.
         deadline = time.monotonic() + 60
-        published = 0.0
+        published, seen = 0.0, None
         while not (frame := peer.frame()[1]).startswith(received("control/reply")):
             self.assertLess(time.monotonic(), deadline, "no reply of control")
-            if time.monotonic() > published + 1.0:
+            if frame.startswith(received("control/status")):
+                seen = struct.unpack_from("<QQ", frame, 13 + 4 + 8)
+            if seen and time.monotonic() > published + 1.0:
                 peer.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest",
-                             wire.cdr_control_request(robot, 7, 1))
+                             wire.cdr_control_request(robot, 7, 1, seen))
                 published = time.monotonic()
         client, number, accepted = struct.unpack_from("<QQB", frame, 13 + 4)
         self.assertEqual((client, number, accepted), (7, 1, 1), "the lease")

@@ -125,7 +125,10 @@ async function command() {
   const control = publisher("control/request");
   const planning = publisher("planning/request");
   await until(() => last.has(`/${prefix}/control/status`), "control/status");
+  const seen = () => last.get(`/${prefix}/control/status`);
   const text = (kind, words, value = "") => ({
+    control_session: seen().session,
+    answers_control: seen().sequence,
     kind,
     arm: 255,
     text: words,

@@ -161,8 +161,9 @@ def fingerprint(port, tls=None, **headers):
     return int(api(port, "robot", tls, **headers)["fingerprint"], 16)
 
 
-def cdr_control_request(robot, client, kind):
-    """tandem_msgs/msg/ControlRequest without text, of a client that has received nothing. `robot`: a fingerprint."""
+def cdr_control_request(robot, client, kind, seen=(0, 0)):
+    """tandem_msgs/msg/ControlRequest without text. `robot`: a fingerprint; `seen`: session and sequence of the last control/status
+    received."""
     body = struct.pack("<QQQBB2xI", robot, client, 1, kind, 255, 1) + b"\0" + b"\0" * 3 + struct.pack("<I", 1) + b"\0" + b"\0"
-    body += b"\0" * (-len(body) % 8) + b"\0" * 64 + struct.pack("<QQ", 0, 0)
+    body += b"\0" * (-len(body) % 8) + b"\0" * 64 + struct.pack("<QQ", *seen)
     return b"\0\1\0\0" + body
