@@ -113,6 +113,7 @@ export class Commander {
   private keep(): void {
     this.link.publish(this.topic("control/request"), {
       ...emptyControl,
+      ...this.echo(),
       fingerprint: this.fingerprint,
       client: this.client,
       kind: ControlKind.keepLease,
@@ -163,8 +164,11 @@ export class Commander {
   }
 
   private control(kind: number, what: object): Promise<Answer> {
-    const seen = { control_session: this.seen?.session ?? 0n, answers_control: this.seen?.sequence ?? 0n };
-    return this.ask("control/request", { ...emptyControl, ...seen, kind, ...what });
+    return this.ask("control/request", { ...emptyControl, ...this.echo(), kind, ...what });
+  }
+  /** What every request repeats of the last control/status, by which control measures its age. */
+  private echo(): object {
+    return { control_session: this.seen?.session ?? 0n, answers_control: this.seen?.sequence ?? 0n };
   }
   private planning(kind: number, trajectory: string): Promise<Answer> {
     return this.ask("planning/request", { kind, trajectory, planned: 0 });
