@@ -20,7 +20,6 @@ import system  # noqa: E402
 import tandem  # noqa: E402
 
 
-
 def line(displacement_mm, speed=4):
     """Followed by time; 20 mm take 5 s."""
     return tandem.Trajectory.parse(f"tandem: trajectory/1\nname: line\nshape:\n  line: {{displacement_mm: {displacement_mm}}}\n"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Stops of drives: torque is removed at measured standstill, not at standstill of the reference. */
+#include "hal/measured_motion.h"
 #include "tests/unit/hal_robot/robot_fixture.h"
 #include "tests/unit/safety/random_arm.h"
 
@@ -210,6 +211,16 @@ TEST(Stops, OverspeedStopsEvenWhereTheReferenceIsFast) {
   ASSERT_TRUE(system.inject(0, FaultKind::kRunaway, kNode));
   ASSERT_TRUE(system.until(0.04, [&] { return system.robot->state(0) == OperatingState::kFault; }));
   EXPECT_EQ(system.robot->faultRecord(0).cause, safety::FaultCause::kOverspeed);
+}
+
+TEST(Stops, OverspeedCountsInBothDirections) {
+  constexpr std::int64_t kPeriod = 4'000'000;  // ns
+  for (const double direction : {-1.0, 1.0}) {
+    MeasuredMotion motion(0.01, 1e-6, 1e-9 * static_cast<double>(kPeriod));
+    for (int k = 0; k <= MeasuredMotion::kSamples; ++k)
+      motion.sample(direction * 0.02 * 1e-9 * static_cast<double>(k * kPeriod), k * kPeriod);
+    EXPECT_TRUE(motion.tooFast()) << direction;
+  }
 }
 
 TEST(Brakes, HoldWhatFallsWheneverTorqueGoes) {
