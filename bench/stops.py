@@ -22,7 +22,6 @@ from operated import Operator  # noqa: E402
 TIMES = 20           # of each cause
 PERIOD = 0.001       # s
 FROZEN = {"control": 0.1, "planning": 0.5}  # s, longer than the budgets
-PRIORITY = 30
 
 
 class Host(threading.Thread):
@@ -34,7 +33,7 @@ class Host(threading.Thread):
 
     def run(self):
         if system.may_have_priorities():
-            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(PRIORITY))
+            os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(system.priority()))
         due = time.monotonic()
         while not self._ended.is_set():
             due += PERIOD
@@ -51,9 +50,8 @@ class Stops(system.SystemTest):
 
     def test_stops(self):
         logs = self.folder / "cycles"
-        priority = PRIORITY if system.may_have_priorities() else 0
         running = self.start("laptop", without=["recorder"], control_period_s=PERIOD, sim_period_ms=1e3 * PERIOD,
-                             realtime_priority=priority, cycle_log=logs)
+                             realtime_priority=system.priority(), cycle_log=logs)
         operator, host, causes = Operator(self, running), Host(), []
         host.start()
         for _ in range(TIMES):

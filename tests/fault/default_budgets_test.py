@@ -31,9 +31,8 @@ class DefaultBudgets(system.SystemTest):
     def start_at(self, control_period, period):
         self.logs = self.folder / "cycles"
         self.budgets = cycles.Budgets(control_period, period)
-        priority = 30 if system.may_have_priorities() else 0
         self.system = self.start("laptop", without=["recorder"], control_period_s=control_period, sim_period_ms=1e3 * period,
-                                 realtime_priority=priority, cycle_log=self.logs)
+                                 realtime_priority=system.priority(), cycle_log=self.logs)
         self.operator = Operator(self, self.system)
 
     def do(self, name, how, duration):

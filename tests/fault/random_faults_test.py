@@ -108,7 +108,7 @@ class RandomFaults(system.SystemTest):
         folder.mkdir(exist_ok=True)
         keys = {"without": ["recorder"], "control_period_s": CONTROL_PERIOD, "sim_period_ms": 1e3 * PERIOD, "cycle_log": folder / "cycles",
                 "domain": system.free_domain(), "prefix": f"t{os.getpid()}",
-                "realtime_priority": 30 if system.may_have_priorities() else 0}
+                "realtime_priority": system.priority()}
         if secured:
             authority = Authority(folder / "authority", keys["prefix"], keys["domain"])
             keys["security"] = authority.issue("hal", "control", "planning", "console-operator", "console-viewer", to=folder / "keys")

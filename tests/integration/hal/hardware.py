@@ -18,7 +18,7 @@ import system  # noqa: E402
 SLOW = bool(os.environ.get("TANDEM_CAN"))
 BUDGETS = ("{minimum_age_ms: 1500, planning_reference_ms: 3000, lease_ms: 6000, drive_heartbeat_ms: 3000}" if SLOW
            else "{drive_heartbeat_ms: 100}")
-PRIORITY = 30 if not SLOW and system.may_have_priorities() else 0
+PRIORITY = 0 if SLOW else system.priority()
 # Counts per m and per rad of the preset's drives.
 COUNTS_PER_M = 4096 * 10 / 2e-3
 COUNTS_PER_RAD = 4096 * 100 / (2 * math.pi)

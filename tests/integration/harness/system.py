@@ -210,11 +210,16 @@ def may_have_priorities():
     return subprocess.run(["chrt", "--fifo", "1", "true"], stderr=subprocess.DEVNULL, check=False).returncode == 0
 
 
+def priority():
+    """`realtime_priority` of a deployment: 0 where this user may not have one."""
+    return 30 if may_have_priorities() else 0
+
+
 def real_time():
     """Keys of a deployment in real time: as on a robot's PC, real-time priority and the default budgets; wide budgets only where this
     user may not have such priorities."""
     if may_have_priorities():
-        return {"realtime_priority": 30}
+        return {"realtime_priority": priority()}
     return {"budgets": "{minimum_age_ms: 500, planning_reference_ms: 1000, lease_ms: 2000, clearance_ms: 5000}"}
 
 
