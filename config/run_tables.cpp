@@ -346,8 +346,7 @@ const Mapping& deploymentTable() {
               .withoutMotion(),
           text("cycle_log",
                "folder, relative to the folder of this file, in which sim, hal and control write a CSV file with one "
-               "line "
-               "per cycle: what they took, published and decided, on their own clocks (docs/csv.md)",
+               "line per cycle: what they took, published and decided, on their own clocks (docs/csv.md)",
                &D::cycle_log)
               .defaultNote("none")
               .withoutMotion(),
