@@ -133,6 +133,8 @@ def failing(build, names, number):
 def candidates(hazard, labels, processes):
     """Tests of a hazard that may kill a mutant, quick ones first: unit tests, then those with processes, if asked for."""
     names = {name for pattern in hazard["tests"] for name in fnmatch.filter(labels, pattern)}
+    if not names:
+        sys.exit(f"this build has no test of {hazard['id']}: found none of {', '.join(hazard['tests'])}")
     unit = sorted(name for name in names if "unit" in labels[name])
     others = sorted(name for name in names if not {"unit", "long"} & set(labels[name]))
     return [unit, *([name] for name in others if processes)]

@@ -41,6 +41,12 @@ class Mutants(unittest.TestCase):
                 mutants.load(path)
             self.assertIn(text, str(refused.exception))
 
+    def test_a_build_without_a_test_of_the_hazard_is_named(self):
+        hazard = {"id": "H99", "tests": ["Gone.*"]}
+        with self.assertRaises(SystemExit) as refused:
+            mutants.candidates(hazard, {"Here.Test": ["unit"]}, False)
+        self.assertIn("no test of H99: found none of Gone.*", str(refused.exception))
+
     def test_a_mutant_without_a_test_or_with_one_of_another_hazard_is_named(self):
         listed, page = mutants.load(), self.folder / "page.md"
         killed = mutants.written(ROOT / "docs/mutants.md")

@@ -29,6 +29,7 @@ TEST(Identity, OnlyMessagesOfTheSameRobotCount) {
       nobody.reader(kActuationState, [&](const ActuationState& m) { everything += m.fingerprint == 2 ? 1 : 0; });
   auto foreign = other.writer(kActuationState);
   auto foreign_request = other.writer(kControlRequest);
+  auto of_no_robot = nobody.writer(kActuationState);  // fingerprint 0
   ControlRequest request;
   request.client = 5;
   request.request = 6;
@@ -40,11 +41,13 @@ TEST(Identity, OnlyMessagesOfTheSameRobotCount) {
   EXPECT_TRUE(repeatUntil(
       [&] {
         return everything > 3 && reported([](const Mismatch& m) { return m.client == 0 && m.fingerprint == 2; }) &&
-               reported([](const Mismatch& m) { return m.client == 5 && m.request == 6; });
+               reported([](const Mismatch& m) { return m.client == 5 && m.request == 6; }) &&
+               reported([](const Mismatch& m) { return m.fingerprint == 0; });
       },
       [&] {
         foreign.write({});
         foreign_request.write(request);
+        of_no_robot.write({});
       }));
   EXPECT_EQ(states + requests, 0);
   auto same = alike.writer(kActuationState);

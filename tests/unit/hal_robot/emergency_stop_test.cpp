@@ -136,6 +136,33 @@ TEST(EmergencyStop, LostInputStopsAllArms) {
   EXPECT_TRUE(system.enable()) << system.story();
 }
 
+/// An arm may be recovered without the input only if the input was lost before, and only while it is recovered.
+TEST(EmergencyStop, LostInputStopsARecoveryThatBeganWithIt) {
+  HardwareConfig config = presetHardware();
+  config.emergency_stop.resize(1);  // on the first bus
+  System system(config);
+  ASSERT_TRUE(system.boot());
+  const auto recovers = [&] {
+    system.command.request[1] = DriveRequest::kRecover;
+    const bool does = system.until(5.0, [&] { return system.robot->recovering(1); });
+    system.command.request[1] = DriveRequest::kKeep;
+    system.run(0.2);
+    return does && system.robot->recovering(1);
+  };
+  const auto stops = [&] {
+    return system.until(0.3, [&] { return system.robot->state(1) == OperatingState::kFault; });
+  };
+  ASSERT_TRUE(recovers()) << system.story();
+  ASSERT_TRUE(system.inject(0, FaultKind::kOff, 1));
+  ASSERT_TRUE(stops()) << system.story();
+  EXPECT_EQ(system.robot->faultRecord(1).cause, FaultCause::kEmergencyStop);
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->off(); })) << system.story();
+  ASSERT_TRUE(recovers()) << "without the input that was lost before: " << system.story();
+  system.request(DriveRequest::kDisable);
+  ASSERT_TRUE(stops()) << "the recovery has ended: " << system.story();
+  EXPECT_EQ(system.robot->faultRecord(1).cause, FaultCause::kEmergencyStop);
+}
+
 TEST(EmergencyStop, ReportsOfOthersCountAndSoDoesTheirSilence) {
   System system(without(presetHardware()), 0.5);
   ASSERT_TRUE(system.boot());

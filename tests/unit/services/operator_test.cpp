@@ -2,6 +2,7 @@
 /** @file Operator input with control and the simulated robot, in simulated time. */
 #include <gtest/gtest.h>
 
+#include <functional>
 #include <random>
 
 #include "operation/convert.h"
@@ -52,14 +53,15 @@ struct Operated : System {
     for (int i = 0; i < std::lround(1000 * seconds); ++i)
       step();
   }
-  template <class Condition>
-  double goUntil(Condition condition, double most) {
-    for (int i = 0; i < static_cast<int>(1000 * most); ++i) {
-      if (condition())
-        return 1e-3 * i;
-      step();
-    }
-    return condition() ? most : -1.0;
+  /// @param each runs before each step.
+  void expectStandstillWithin(
+      double budget,
+      const std::function<void()>& each = [] {}) {
+    EXPECT_FALSE(standing());
+    int steps = 0;
+    for (; steps < 1000 && !standing(); ++steps, step())
+      each();
+    EXPECT_LE(1e-3 * steps, budget + 2 * 0.01 + 5e-3 / 0.1);  // two control periods and the ramp
   }
   void enable() {
     go(0.3);
@@ -127,11 +129,8 @@ TEST(Operator, MovesTheRelativePositionWhileTheOtherTipStays) {
 TEST(Operator, StopsWhenTheSwitchIsReleased) {
   Operated s;
   s.drive({0.0, 0.01, 0.0});
-  ASSERT_FALSE(s.standing());
   s.input.operator_present = 0;
-  const double seconds = s.goUntil([&] { return s.standing(); }, 1.0);
-  EXPECT_GE(seconds, 0.0);
-  EXPECT_LE(seconds, 0.01 + 2 * 0.01 + 5e-3 / 0.1);  // one input, two control periods, the ramp
+  s.expectStandstillWithin(0.01);  // one input
   EXPECT_EQ(s.operatorState(), State::kReleased);
   const auto there = s.state.position;
   s.go(0.5);
@@ -139,14 +138,22 @@ TEST(Operator, StopsWhenTheSwitchIsReleased) {
   EXPECT_EQ(s.shown(0), OperatingState::kEnabled);
 }
 
+TEST(Operator, StopsBothArmsWhenEitherIsPaused) {
+  for (const int arm : {0, 1}) {
+    Operated s;
+    s.drive({0.0, 0.01, 0.0});
+    s.command(StateCommand::kPause, 8, arm);  // anybody may pause
+    s.expectStandstillWithin(0.0);
+    EXPECT_EQ(s.snapshot.reason, operation::Reason::kNotEnabled) << "arm " << arm;
+    EXPECT_EQ(s.shown(1 - arm), OperatingState::kEnabled);
+  }
+}
+
 TEST(Operator, StopsWithinTheBudgetWhenTheStreamFallsSilent) {
   Operated s;
   s.drive({0.0, 0.01, 0.0});
-  ASSERT_FALSE(s.standing());
   s.sending = false;
-  const double seconds = s.goUntil([&] { return s.standing(); }, 1.0);
-  EXPECT_GE(seconds, 0.0);
-  EXPECT_LE(seconds, 0.1 + 2 * 0.01 + 5e-3 / 0.1);
+  s.expectStandstillWithin(0.1);
   EXPECT_EQ(s.snapshot.reason, operation::Reason::kSilent);
   // The input resumes with the switch held: nothing moves until it is released and held again.
   const auto there = s.state.position;
@@ -166,17 +173,12 @@ TEST(Operator, OldInputsDoNotCountHoweverManyCome) {
   Operated s;
   s.drive({0.0, 0.01, 0.0});
   s.sending = false;
-  const double seconds = s.goUntil(
-      [&] {
-        if (s.ticks % 5 == 0) {  // as a network would deliver delayed samples
-          ++s.input.sequence;
-          s.control.onInput(s.input, s.now);
-        }
-        return s.standing();
-      },
-      1.0);
-  EXPECT_GE(seconds, 0.0);
-  EXPECT_LE(seconds, 0.1 + 2 * 0.01 + 5e-3 / 0.1);
+  s.expectStandstillWithin(0.1, [&] {
+    if (s.ticks % 5 == 0) {  // as a network would deliver delayed samples
+      ++s.input.sequence;
+      s.control.onInput(s.input, s.now);
+    }
+  });
   EXPECT_GT(s.snapshot.late, 0u);
 }
 

@@ -110,9 +110,10 @@ struct System {
   operation::ControlReply sendRequest(dds::ControlKind kind, std::uint64_t client = 7) {
     return control.onRequest(requestOf(kind, client), now);
   }
-  operation::ControlReply command(safety::StateCommand command, std::uint64_t client = 7) {
+  operation::ControlReply command(safety::StateCommand command, std::uint64_t client = 7, int arm = msg::kAllArms) {
     operation::ParsedControlRequest o = requestOf(dds::ControlKind::kStateCommand, client);
     o.command = command;
+    o.arm = arm;
     return control.onRequest(o, now);
   }
   dds::Reply start(const planning::TrajectorySpec& spec, std::uint64_t client = 7) {
