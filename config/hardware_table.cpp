@@ -219,6 +219,22 @@ Mapping encoderMapping(Kind kind) {
   return table;
 }
 
+const Mapping& acceptTable() {
+  Words<hal::Protection> words;
+  for (int k = 0; k < hal::kProtectionCount; ++k)
+    words.emplace_back(name(static_cast<hal::Protection>(k)), static_cast<hal::Protection>(k));
+  static const Mapping table{
+      "accepted_loss",
+      "A protection that the drive of this axis may lack although it is needed (docs/hardware.md).",
+      {
+          text("protection", "the protection", words, &hal::AcceptedLoss::protection).required(),
+          text("reason", "why it is acceptable here: what stops the axis instead, or how far it travels",
+               &hal::AcceptedLoss::reason)
+              .required(),
+      }};
+  return table;
+}
+
 Mapping axisMapping(Kind kind) {
   using hal::Gearing;
   return {
@@ -240,6 +256,10 @@ Mapping axisMapping(Kind kind) {
               .required(),
           number("home_position", kind.position(), "position at the end of a homing run; with `reference: homing`",
                  &AxisConfig::homing, &hal::HomingConfig::position),
+          mapping("accept", acceptTable(), "protections that this drive may lack although they are needed",
+                  &AxisConfig::accepted)
+              .list(1, hal::kProtectionCount)
+              .defaultNote("none"),
           nodeId("encoder_node", "node id of the absolute encoder", &EncoderConfig::node).defaultNote("none"),
           identityNumber<EncoderConfig>("encoder_serial", "serial number of the encoder, object 0x1018:4",
                                         &DeviceIdentity::serial),

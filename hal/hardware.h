@@ -10,6 +10,7 @@
 
 #include "hal/drives/bus_load.h"
 #include "hal/drives/cia402.h"
+#include "hal/drives/protections.h"
 #include "hal/drives/units.h"
 #include "safety/limits.h"
 
@@ -109,6 +110,7 @@ struct AxisConfig {
   std::uint8_t temperature_sub = 0;
   double temperature_scale = 1.0;  ///< degrees Celsius per unit of that object
   HoldingMeans powerless_hold = HoldingMeans::kNo;
+  std::vector<AcceptedLoss> accepted;  ///< what this drive may lack although it is needed (leastProtections())
   TorqueLimit torque;
   HomingConfig homing;  ///< used if reference is kHoming
   std::optional<EncoderConfig> encoder;

@@ -33,6 +33,13 @@ SetupStep optional(SetupStep step) {
   return step;
 }
 
+/// A drive without this object works, but without this protection.
+SetupStep wanted(SetupStep step, Protection protection) {
+  step.optional = true;
+  step.protections = bit(protection);
+  return step;
+}
+
 canopen::Identity identityOf(const DeviceIdentity& device) {
   return {0, device.vendor, device.product, device.revision, device.serial};
 }
@@ -74,26 +81,29 @@ void appendInterpolation(std::vector<SetupStep>& steps, double period) {
   int exponent = -4;
   for (; value % 10 == 0; value /= 10)
     ++exponent;
-  steps.push_back(canopen::write({0x60C2, 1}, value, 1, "interpolation period"));
-  steps.push_back(canopen::write({0x60C2, 2}, exponent, 1, "interpolation period exponent"));
+  // A drive without the object measures the period of SYNC.
+  steps.push_back(optional(canopen::write({0x60C2, 1}, value, 1, "interpolation period")));
+  steps.push_back(optional(canopen::write({0x60C2, 2}, exponent, 1, "interpolation period exponent")));
 }
 
 /// Reaction of a drive to a stop or a loss of communication: always the quick stop ramp.
 void appendReactions(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   const std::int64_t deceleration = AxisUnits(axis.gearing).toCountMagnitude(axis.quick_stop_deceleration);
-  steps.push_back(canopen::write({0x6007, 0}, 3, 2, "abort connection option: quick stop"));
+  using enum Protection;
+  const std::int64_t after_stop = axis.brake ? 6 : 2;
+  steps.push_back(
+      wanted(canopen::write({0x6007, 0}, 3, 2, "abort connection option: quick stop"), kConnectionReaction));
   // An axis whose brake the HAL closes keeps its torque after the ramp, until the brake holds or the HAL disables it.
-  if (axis.brake) {
-    steps.push_back(canopen::write({0x605A, 0}, 6, 2, "quick stop option: ramp, then hold"));
-  } else {
-    steps.push_back(canopen::write({0x605A, 0}, 2, 2, "quick stop option: ramp, then off"));
-  }
+  steps.push_back(
+      wanted(canopen::write({0x605A, 0}, after_stop, 2,
+                            axis.brake ? "quick stop option: ramp, then hold" : "quick stop option: ramp, then off"),
+             kQuickStopRamp));
   steps.push_back(optional(canopen::write({0x605B, 0}, 1, 2, "shutdown option: ramp")));
   steps.push_back(optional(canopen::write({0x605C, 0}, 1, 2, "disable operation option: ramp")));
   steps.push_back(optional(canopen::write({0x605D, 0}, 2, 2, "halt option: quick stop ramp")));
-  steps.push_back(canopen::write({0x605E, 0}, 2, 2, "fault reaction option: quick stop ramp"));
+  steps.push_back(wanted(canopen::write({0x605E, 0}, 2, 2, "fault reaction option: quick stop ramp"), kFaultReaction));
   steps.push_back(optional(canopen::write({0x6084, 0}, deceleration, 4, "profile deceleration")));
-  steps.push_back(canopen::write({0x6085, 0}, deceleration, 4, "quick stop deceleration"));
+  steps.push_back(wanted(canopen::write({0x6085, 0}, deceleration, 4, "quick stop deceleration"), kQuickStopRamp));
 }
 
 /// The HAL controls the output of the brake, and keeps the brake closed until the drive has torque.
@@ -105,11 +115,16 @@ void appendBrake(std::vector<SetupStep>& steps, const BrakeConfig& brake) {
 void appendWindows(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   const AxisUnits units(axis.gearing);
   steps.push_back(
-      canopen::write({0x6065, 0}, units.toCountMagnitude(axis.following_error), 4, "following error window"));
-  steps.push_back(canopen::write({0x6066, 0}, milliseconds(axis.following_time), 2, "following error time-out"));
-  // With an allowance for the position loop to catch up; the gate limits the speed itself.
-  steps.push_back(
-      optional(canopen::write({0x6080, 0}, units.toCountMagnitude(2.0 * axis.velocity), 4, "maximum motor speed")));
+      wanted(canopen::write({0x6065, 0}, units.toCountMagnitude(axis.following_error), 4, "following error window"),
+             Protection::kFollowingError));
+  steps.push_back(wanted(canopen::write({0x6066, 0}, milliseconds(axis.following_time), 2, "following error time-out"),
+                         Protection::kFollowingError));
+  // In rpm of the motor, whatever the drive's other units (CiA 402-2, 6080). With an allowance for the position loop to
+  // catch up; the gate limits the speed itself.
+  const double turns =
+      static_cast<double>(units.toCountMagnitude(2.0 * axis.velocity)) / axis.gearing.counts_per_revolution;
+  const auto rpm = static_cast<std::int64_t>(std::ceil(60.0 * turns));
+  steps.push_back(optional(canopen::write({0x6080, 0}, rpm, 4, "maximum motor speed in rpm")));
 }
 
 void appendHoming(std::vector<SetupStep>& steps, const AxisConfig& axis) {
@@ -133,6 +148,11 @@ SetupStep awaitMode(DriveMode mode) {
 canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget) {
   canopen::NodeSetup setup = commonSetup(hardware, axis, axis.node, axis.identity, kDriveProfile, heartbeat_budget);
   setup.name = axis.name;
+  setup.minimum = leastProtections(axis.accepted);
+  for (SetupStep& step : setup.steps) {
+    if (step.object == canopen::ObjectAddress{0x1016, 1})
+      step = wanted(step, Protection::kHeartbeatWatch);
+  }
   std::uint32_t modes = 1u << (static_cast<int>(axis.mode) - 1);
   if (axis.reference == PositionReference::kHoming)
     modes |= 1u << (static_cast<int>(DriveMode::kHoming) - 1);
@@ -150,6 +170,7 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
   PdoConfig command;
   // The drive watches the cycle itself: half of its time-out for the heartbeat of the HAL.
   command.event_timer = milliseconds(0.5 * heartbeat_budget);
+  command.protections = bit(Protection::kCommandDeadline);
   command.layout.add({{0x6040, 0}, 16});
   command.layout.add(axis.mode == DriveMode::kCyclicVelocity ? canopen::PdoEntry{{0x60FF, 0}, 32}
                                                              : canopen::PdoEntry{{0x607A, 0}, 32});

@@ -197,6 +197,7 @@ void RobotHardware::receive(std::int64_t now) noexcept {
     ++joint_resets_;
     HardwareEvent reported;
     reported.kind = HardwareEvent::Kind::kReady;
+    reported.lost = axes_[i]->driveNode().lostProtections();
     reported.arm = static_cast<std::uint8_t>(axes_[i]->config().arm);
     reported.joint = static_cast<std::uint8_t>(axes_[i]->config().joint);
     events_.push(reported);

@@ -40,6 +40,7 @@ struct HardwareEvent {
   std::uint16_t code = 0;
   GuardMask guards = 0;
   canopen::NodeFailure failure;
+  ProtectionMask lost = 0;  ///< kReady: protections that the drive does not have
   can::BusState bus_state = can::BusState::kActive;
   canopen::MasterFrame master = canopen::MasterFrame::kSync;
 };

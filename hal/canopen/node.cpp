@@ -105,6 +105,8 @@ void Node::restartConfiguration() noexcept {
   step_ = 0;
   transferring_ = false;
   reading_back_ = false;
+  refused_ = SdoAbort::kNone;
+  lost_ = 0;
   has_value_.assign(has_value_.size(), false);
 }
 
@@ -222,6 +224,36 @@ void Node::beginTransfer(std::int64_t now) noexcept {
 void Node::nextStep() noexcept {
   ++step_;
   reading_back_ = false;
+  refused_ = SdoAbort::kNone;
+}
+
+bool Node::canSkip(SdoAbort abort) const noexcept {
+  const SetupStep& step = steps_[step_];
+  const bool absent = abort == SdoAbort::kNoObject || abort == SdoAbort::kNoSubIndex;
+  const bool refused = abort == SdoAbort::kReadOnly || abort == SdoAbort::kValueRange ||
+                       abort == SdoAbort::kValueTooHigh || abort == SdoAbort::kValueTooLow;
+  return step.optional && (absent || (refused && step.protections != 0));
+}
+
+/// The object is absent, or keeps a value of its own, which may be the right one.
+void Node::skip(SdoAbort abort, std::int64_t now) noexcept {
+  const bool absent = abort == SdoAbort::kNoObject || abort == SdoAbort::kNoSubIndex;
+  if (!absent && !reading_back_) {
+    refused_ = abort;
+    reading_back_ = true;
+    beginTransfer(now);
+  } else {
+    lose(abort);
+  }
+}
+
+void Node::lose(SdoAbort abort) noexcept {
+  lost_ |= steps_[step_].protections;
+  for (const std::uint32_t set : setup_.minimum) {
+    if (steps_[step_].protections != 0 && (set & ~lost_) == 0)
+      return fail(NodeFailure::Reason::kAborted, 0, abort);
+  }
+  nextStep();
 }
 
 void Node::endTransfer(std::int64_t now) noexcept {
@@ -235,8 +267,8 @@ void Node::endTransfer(std::int64_t now) noexcept {
     } else {
       judge(now);
     }
-  } else if (step.optional && (sdo_.abort() == SdoAbort::kNoObject || sdo_.abort() == SdoAbort::kNoSubIndex)) {
-    nextStep();
+  } else if (canSkip(sdo_.abort())) {
+    skip(sdo_.abort(), now);
   } else {
     fail(NodeFailure::Reason::kAborted, 0, sdo_.abort());
   }
@@ -254,6 +286,8 @@ void Node::judge(std::int64_t now) noexcept {
     nextStep();
   } else if (step.kind == SetupStep::Kind::kAwait && size_fits && now < step_deadline_) {
     beginTransfer(now);
+  } else if (refused_ != SdoAbort::kNone || (step.protections & lost_) != 0) {
+    lose(refused_);
   } else {
     fail(NodeFailure::Reason::kMismatch, value);
   }

@@ -29,6 +29,8 @@ struct NodeSetup {
   std::int64_t sdo_timeout = 100'000'000;
   NmtCommand reset = NmtCommand::kResetCommunication;  ///< first command of boot(); or kResetNode
   int sdo_retries = 2;  ///< of a transfer without answer; each transfer may be executed twice
+  /// Sets of protections (SetupStep): a node fails at the step with which it loses all of a set.
+  std::vector<std::uint32_t> minimum;
 };
 
 /** Phase of a node during its boot. */
@@ -101,6 +103,8 @@ class Node {
   const std::vector<SetupStep>& steps() const noexcept { return steps_; }
   /// Number of completed steps.
   int stepsDone() const noexcept { return step_; }
+  /// Protections (SetupStep) that this node did not offer in its last configuration.
+  std::uint32_t lostProtections() const noexcept { return lost_; }
   /// Result of the last kRead, kCheck or read-back of this object; nullptr: none.
   const std::uint64_t* readValue(ObjectAddress object) const noexcept;
 
@@ -133,6 +137,9 @@ class Node {
   void beginTransfer(std::int64_t now) noexcept;
   void endTransfer(std::int64_t now) noexcept;
   void nextStep() noexcept;
+  bool canSkip(SdoAbort abort) const noexcept;
+  void skip(SdoAbort abort, std::int64_t now) noexcept;
+  void lose(SdoAbort abort) noexcept;
   void restartConfiguration() noexcept;
   void judge(std::int64_t now) noexcept;
 
@@ -149,6 +156,8 @@ class Node {
   int restarts_ = 0;  ///< unexpected boot-ups during configuration, in this boot
   bool transferring_ = false;
   bool reading_back_ = false;
+  SdoAbort refused_ = SdoAbort::kNone;  ///< why the node did not accept the value that is being read back
+  std::uint32_t lost_ = 0;
   bool nmt_pending_ = false;
   std::int64_t deadline_ = 0;       ///< of the phase
   std::int64_t step_deadline_ = 0;  ///< of kAwait

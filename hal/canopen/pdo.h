@@ -74,6 +74,7 @@ struct PdoConfig {
   std::uint8_t transmission_type = 1;  ///< 0 at SYNC after a change, 1..240 every n-th SYNC, 254/255 by event
   std::uint16_t inhibit_time = 0;      ///< 100 us; TPDOs
   std::uint16_t event_timer = 0;       ///< ms; of an RPDO: the deadline that the node watches
+  std::uint32_t protections = 0;       ///< lost if the node has no event timer (SetupStep); 0: then its boot fails
   PdoLayout layout;
 };
 

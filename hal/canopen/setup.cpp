@@ -57,9 +57,11 @@ std::vector<SetupStep> identitySteps(const Identity& identity) {
 std::vector<SetupStep> guardingSteps(const Guarding& guarding) {
   const std::int64_t consumer =
       guarding.our_heartbeat_timeout == 0 ? 0 : std::int64_t{guarding.our_id} << 16 | guarding.our_heartbeat_timeout;
+  // Without the object a node enters pre-operational (CiA 301).
+  SetupStep error_behaviour = write({0x1029, 1}, guarding.error_behaviour, 1, "behaviour after a communication error");
+  error_behaviour.optional = guarding.error_behaviour == 0;
   return {write({0x1016, 1}, consumer, 4, "watch on our heartbeat"),
-          write({0x1017, 0}, guarding.node_heartbeat, 2, "heartbeat period"),
-          write({0x1029, 1}, guarding.error_behaviour, 1, "behaviour after a communication error")};
+          write({0x1017, 0}, guarding.node_heartbeat, 2, "heartbeat period"), error_behaviour};
 }
 
 }  // namespace tandem::hal::canopen

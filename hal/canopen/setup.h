@@ -24,8 +24,11 @@ struct SetupStep {
   int size = 0;  ///< bytes, 1..8; a read of another size is an error. Reads: 0 = any
   std::uint64_t value = 0;
   std::uint64_t mask = ~std::uint64_t{0};
-  std::string what;                      ///< description: "quick stop option"
-  bool optional = false;                 ///< skipped if the node does not have the object
+  std::string what;       ///< description: "quick stop option"
+  bool optional = false;  ///< skipped if the node does not have the object
+  /// Of an optional step: bits, defined by the caller, of what is lost without it. Such a step is also skipped if the
+  /// object is read-only or refuses the value; nothing is lost if it has the value already.
+  std::uint32_t protections = 0;
   std::int64_t timeout = 1'000'000'000;  ///< of kAwait, ns
 };
 

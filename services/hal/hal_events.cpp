@@ -25,14 +25,18 @@ std::string describeFailure(const hal::canopen::Node& node, const hal::canopen::
     case Reason::kMismatch:
       break;
   }
-  std::string text = "setup";
+  std::string text = "setup", advice;
   if (failure.step >= 0 && failure.step < static_cast<int>(node.steps().size())) {
     const hal::canopen::SetupStep& step = node.steps()[static_cast<std::size_t>(failure.step)];
     text = step.what + " " + hal::canopen::describe(step.object);
+    if ((step.protections & node.lostProtections()) != 0)
+      advice = "; without " + hal::describeProtections(node.lostProtections()) +
+               " the drive may go on when the HAL ends: change its setting, or `accept` this axis in the hardware file "
+               "(docs/hardware.md)";
     if (failure.reason == Reason::kMismatch)
       return text + ": found " + std::to_string(failure.value) + ", expected " + std::to_string(step.value);
   }
-  return text + ": " + hal::canopen::describe(failure.abort);
+  return text + ": " + hal::canopen::describe(failure.abort) + advice;
 }
 
 std::string describeMaster(hal::canopen::MasterFrame frame) {
@@ -71,7 +75,8 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
     case Kind::kNode:
       return who + ": " + describeFailure(node, event.failure);
     case Kind::kReady:
-      return axis.config().name + ": ready";
+      return axis.config().name + ": ready" +
+             (event.lost == 0 ? "" : "; the drive lacks " + hal::describeProtections(event.lost));
     case Kind::kBus:
     case Kind::kMaster:
     case Kind::kReleased:

@@ -96,6 +96,8 @@ class Service {
     if (hal_service::isProblem(event)) {
       spdlog::error("{}", text);
       last_problem_ = text;
+    } else if (event.lost != 0) {
+      spdlog::warn("{}", text);
     } else {
       spdlog::info("{}", text);
     }

@@ -39,7 +39,7 @@ struct BusRecord {
 class DriveBus {
  public:
   /// All nodes are switched on. The bus must outlive this. @throw std::invalid_argument: an id used twice, an encoder
-  /// without drive, a data sheet without a required object.
+  /// without drive, a data sheet with a text where the drive needs a number.
   DriveBus(hal::can::Bus& bus, const BusSpec& spec, std::int64_t now);
   ~DriveBus();
 

@@ -350,6 +350,18 @@ Eds loadEds(const std::string& path) {
   return parseEds(in, path);
 }
 
+Eds completed(Eds eds, const Eds& own) {
+  const auto of = [](const EdsObject& object) { return object.address; };
+  const std::vector<EdsObject> has = eds.objects;
+  for (EdsObject object : own.objects) {
+    object.hidden = true;
+    if (!std::ranges::binary_search(has, object.address, {}, of))
+      eds.objects.push_back(std::move(object));
+  }
+  std::ranges::sort(eds.objects, {}, of);
+  return eds;
+}
+
 Eds driveEds() {
   std::istringstream in{std::string(kDriveEds)};
   return parseEds(in, "tandem-drive.eds");

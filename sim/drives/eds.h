@@ -51,6 +51,7 @@ struct EdsObject {
   std::optional<std::int64_t> high;
   std::int64_t value = 0;  ///< default
   bool adds_node_id = false;
+  bool hidden = false;   ///< of the simulation alone: nobody can access it
   std::string text;      ///< default of a string
   std::size_t line = 0;  ///< line of its section
 };
@@ -66,6 +67,9 @@ struct Eds {
 Eds parseEds(std::istream& in, const std::string& file);
 /// @throw EdsError, std::runtime_error if the file cannot be opened.
 Eds loadEds(const std::string& path);
+
+/// `eds`, and the objects of `own` that it lacks, hidden: a simulated device needs them for itself.
+Eds completed(Eds eds, const Eds& own);
 
 /// Built-in data sheets.
 Eds driveEds();

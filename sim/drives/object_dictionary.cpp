@@ -34,8 +34,8 @@ const Entry* ObjectDictionary::find(ObjectAddress address) const noexcept {
 }
 
 bool ObjectDictionary::hasIndex(std::uint16_t index) const noexcept {
-  const auto found = std::ranges::lower_bound(entries_, ObjectAddress{index, 0}, {}, addressOf);
-  return found != entries_.end() && found->info.address.index == index;
+  return std::ranges::any_of(
+      entries_, [&](const Entry& entry) { return entry.info.address.index == index && !entry.info.hidden; });
 }
 
 Entry& ObjectDictionary::require(std::uint16_t index, std::uint8_t sub) {
@@ -59,14 +59,14 @@ SdoAbort ObjectDictionary::missing(ObjectAddress address) const noexcept {
 
 SdoAbort ObjectDictionary::checkRead(ObjectAddress address) const noexcept {
   const Entry* entry = find(address);
-  if (entry == nullptr)
+  if (entry == nullptr || entry->info.hidden)
     return missing(address);
   return entry->info.access == Access::kWriteOnly ? SdoAbort::kWriteOnly : SdoAbort::kNone;
 }
 
 SdoAbort ObjectDictionary::checkWrite(ObjectAddress address, std::span<const std::uint8_t> bytes) const noexcept {
   const Entry* entry = find(address);
-  if (entry == nullptr)
+  if (entry == nullptr || entry->info.hidden)
     return missing(address);
   if (entry->info.access == Access::kReadOnly || entry->info.access == Access::kConstant || entry->size() == 0)
     return SdoAbort::kReadOnly;

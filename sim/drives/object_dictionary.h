@@ -36,7 +36,7 @@ class ObjectDictionary {
   Entry* find(ObjectAddress address) noexcept;
   const Entry* find(ObjectAddress address) const noexcept;
   bool hasIndex(std::uint16_t index) const noexcept;
-  /// @throw std::invalid_argument if the data sheet lacks the object, or it is a string.
+  /// Also a hidden object. @throw std::invalid_argument if there is none, or it is a string.
   Entry& require(std::uint16_t index, std::uint8_t sub = 0);
   /// Sets all objects with first <= index <= last to their defaults.
   void reset(std::uint16_t first, std::uint16_t last) noexcept;

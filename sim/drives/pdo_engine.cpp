@@ -95,7 +95,7 @@ SdoAbort PdoEngine::acceptCommunication(ObjectAddress object, std::int64_t value
 SdoAbort PdoEngine::checkEntry(std::uint32_t raw, bool receive) const noexcept {
   const ObjectAddress address{static_cast<std::uint16_t>(raw >> 16), static_cast<std::uint8_t>(raw >> 8)};
   const Entry* entry = dictionary_.find(address);
-  if (entry == nullptr)
+  if (entry == nullptr || entry->info.hidden)
     return dictionary_.hasIndex(address.index) ? SdoAbort::kNoSubIndex : SdoAbort::kNoObject;
   const Access access = entry->info.access;
   const bool direction_fits =

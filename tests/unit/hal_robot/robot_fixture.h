@@ -77,10 +77,14 @@ inline ArmVector speeds(double translation, double rotation) {
 
 /** One bus with its drives, and the HAL's port on it. */
 struct Wire {
-  Wire(const HardwareConfig& hardware, int index, std::int64_t now)
+  Wire(const HardwareConfig& hardware,
+       int index,
+       std::int64_t now,
+       const sim::drives::Eds& drive_eds = sim::drives::driveEds())
       : master(bus.join("hal")), slaves(bus.join("drives")) {
     bus.now = now;
     sim::drives::BusSpec spec;
+    spec.drive_eds = drive_eds;
     drive_sim::addNodes(hardware, hardware.buses[static_cast<std::size_t>(index)].name, spec);
     drives = std::make_unique<sim::drives::DriveBus>(slaves, spec, now);
   }
@@ -95,11 +99,13 @@ class System {
  public:
   static constexpr double kControlPeriod = 0.1;
 
-  explicit System(const HardwareConfig& hardware = presetHardware(), double emergency_reports = 0.0)
+  explicit System(const HardwareConfig& hardware = presetHardware(),
+                  double emergency_reports = 0.0,
+                  const sim::drives::Eds& drive_eds = sim::drives::driveEds())
       : config(hardware) {
     std::vector<can::Bus*> buses;
     for (int b = 0; b < static_cast<int>(config.buses.size()); ++b) {
-      wires.push_back(std::make_unique<Wire>(config, b, now));
+      wires.push_back(std::make_unique<Wire>(config, b, now, drive_eds));
       buses.push_back(&wires.back()->master);
     }
     RobotOptions options;

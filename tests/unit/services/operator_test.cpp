@@ -53,14 +53,13 @@ struct Operated : System {
     for (int i = 0; i < std::lround(1000 * seconds); ++i)
       step();
   }
-  /// @param each runs before each step.
   void expectStandstillWithin(
       double budget,
-      const std::function<void()>& each = [] {}) {
+      const std::function<void()>& before_step = [] {}) {
     EXPECT_FALSE(standing());
     int steps = 0;
     for (; steps < 1000 && !standing(); ++steps, step())
-      each();
+      before_step();
     EXPECT_LE(1e-3 * steps, budget + 2 * 0.01 + 5e-3 / 0.1);  // two control periods and the ramp
   }
   void enable() {

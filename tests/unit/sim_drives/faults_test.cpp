@@ -249,9 +249,12 @@ TEST(DriveBus, RefusesABadSpecification) {
   auto lonely = test::rigSpec(1);
   lonely.encoders[0].drive = 9;
   EXPECT_THROW(DriveBus(port, lonely, 0), std::invalid_argument);
-  auto poor = test::rigSpec(1);
-  std::erase_if(poor.drive_eds.objects, [](const EdsObject& object) { return object.address.index == 0x6085; });
-  EXPECT_THROW(DriveBus(port, poor, 0), std::invalid_argument);
+  auto wrong = test::rigSpec(1);
+  for (EdsObject& object : wrong.drive_eds.objects) {
+    if (object.address.index == 0x6085)
+      object.type = DataType::kVisibleString;
+  }
+  EXPECT_THROW(DriveBus(port, wrong, 0), std::invalid_argument);
 }
 
 TEST(FaultCommand, ReadsWhatItDocuments) {
