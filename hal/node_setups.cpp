@@ -35,7 +35,6 @@ SetupStep optional(SetupStep step) {
 
 /// A drive without this object works, but without this protection.
 SetupStep wanted(SetupStep step, Protection protection) {
-  step.optional = true;
   step.protections = bit(protection);
   return step;
 }
@@ -44,13 +43,15 @@ canopen::Identity identityOf(const DeviceIdentity& device) {
   return {0, device.vendor, device.product, device.revision, device.serial};
 }
 
-/// Setup common to drives and encoders: identity, heartbeats, time-outs.
+/// Setup common to drives and encoders: identity, heartbeats, time-outs. @param watch lost without 1016; 0: it is
+/// needed.
 canopen::NodeSetup commonSetup(const HardwareConfig& hardware,
                                const AxisConfig& axis,
                                int node,
                                const DeviceIdentity& device,
                                std::uint32_t profile,
-                               double heartbeat_budget) {
+                               double heartbeat_budget,
+                               ProtectionMask watch) {
   canopen::NodeSetup setup;
   setup.id = static_cast<std::uint8_t>(node);
   setup.steps.push_back(canopen::checkBits({0x1000, 0}, profile, 0xFFFF, 4, "device profile"));
@@ -59,6 +60,7 @@ canopen::NodeSetup commonSetup(const HardwareConfig& hardware,
   guarding.our_id = static_cast<std::uint8_t>(hardware.buses[static_cast<std::size_t>(axis.bus)].node_id);
   guarding.our_heartbeat_timeout = milliseconds(heartbeat_budget);
   guarding.node_heartbeat = milliseconds(hardware.node_heartbeat);
+  guarding.protections = watch;
   append(setup.steps, canopen::guardingSteps(guarding));
   setup.heartbeat_timeout = nanoseconds(std::max(2.5 * hardware.node_heartbeat, heartbeat_budget));
   setup.boot_timeout = nanoseconds(hardware.boot_budget);
@@ -146,13 +148,10 @@ SetupStep awaitMode(DriveMode mode) {
 }  // namespace
 
 canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget) {
-  canopen::NodeSetup setup = commonSetup(hardware, axis, axis.node, axis.identity, kDriveProfile, heartbeat_budget);
+  canopen::NodeSetup setup = commonSetup(hardware, axis, axis.node, axis.identity, kDriveProfile, heartbeat_budget,
+                                         bit(Protection::kHeartbeatWatch));
   setup.name = axis.name;
   setup.minimum = leastProtections(axis.accepted);
-  for (SetupStep& step : setup.steps) {
-    if (step.object == canopen::ObjectAddress{0x1016, 1})
-      step = wanted(step, Protection::kHeartbeatWatch);
-  }
   std::uint32_t modes = 1u << (static_cast<int>(axis.mode) - 1);
   if (axis.reference == PositionReference::kHoming)
     modes |= 1u << (static_cast<int>(DriveMode::kHoming) - 1);
@@ -195,7 +194,7 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
 canopen::NodeSetup encoderSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget) {
   const EncoderConfig& encoder = *axis.encoder;
   canopen::NodeSetup setup =
-      commonSetup(hardware, axis, encoder.node, encoder.identity, kEncoderProfile, heartbeat_budget);
+      commonSetup(hardware, axis, encoder.node, encoder.identity, kEncoderProfile, heartbeat_budget, 0);
   setup.name = axis.name + " encoder";
   setup.steps.push_back(canopen::checkBits({0x6503, 0}, 0, 1, 2, "position alarm"));
   // TPDO 1 of an encoder runs by its own timer, TPDO 2 by SYNC.

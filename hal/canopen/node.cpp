@@ -227,23 +227,20 @@ void Node::nextStep() noexcept {
   refused_ = SdoAbort::kNone;
 }
 
-bool Node::canSkip(SdoAbort abort) const noexcept {
+void Node::onAbort(SdoAbort abort, std::int64_t now) noexcept {
   const SetupStep& step = steps_[step_];
   const bool absent = abort == SdoAbort::kNoObject || abort == SdoAbort::kNoSubIndex;
   const bool refused = abort == SdoAbort::kReadOnly || abort == SdoAbort::kValueRange ||
                        abort == SdoAbort::kValueTooHigh || abort == SdoAbort::kValueTooLow;
-  return step.optional && (absent || (refused && step.protections != 0));
-}
-
-/// The object is absent, or keeps a value of its own, which may be the right one.
-void Node::skip(SdoAbort abort, std::int64_t now) noexcept {
-  const bool absent = abort == SdoAbort::kNoObject || abort == SdoAbort::kNoSubIndex;
-  if (!absent && !reading_back_) {
-    refused_ = abort;
+  const bool skipped = (absent && step.optional) || ((absent || refused) && step.protections != 0);
+  if (!skipped) {
+    fail(NodeFailure::Reason::kAborted, 0, abort);
+  } else if (absent || reading_back_) {
+    lose(abort);
+  } else {
+    refused_ = abort;  // the object keeps a value of its own, which may be the right one
     reading_back_ = true;
     beginTransfer(now);
-  } else {
-    lose(abort);
   }
 }
 
@@ -267,10 +264,8 @@ void Node::endTransfer(std::int64_t now) noexcept {
     } else {
       judge(now);
     }
-  } else if (canSkip(sdo_.abort())) {
-    skip(sdo_.abort(), now);
   } else {
-    fail(NodeFailure::Reason::kAborted, 0, sdo_.abort());
+    onAbort(sdo_.abort(), now);
   }
 }
 

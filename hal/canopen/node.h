@@ -137,8 +137,7 @@ class Node {
   void beginTransfer(std::int64_t now) noexcept;
   void endTransfer(std::int64_t now) noexcept;
   void nextStep() noexcept;
-  bool canSkip(SdoAbort abort) const noexcept;
-  void skip(SdoAbort abort, std::int64_t now) noexcept;
+  void onAbort(SdoAbort abort, std::int64_t now) noexcept;
   void lose(SdoAbort abort) noexcept;
   void restartConfiguration() noexcept;
   void judge(std::int64_t now) noexcept;

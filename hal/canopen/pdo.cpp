@@ -87,7 +87,6 @@ std::vector<SetupStep> pdoSteps(const PdoConfig& pdo, PdoDirection direction, in
   if (transmit)
     steps.push_back(unlessAbsent(writeOnly({communication, 3}, pdo.inhibit_time, 2, name + " inhibit time")));
   steps.push_back(unlessAbsent(writeOnly({communication, 5}, pdo.event_timer, 2, name + " event timer")));
-  steps.back().optional |= pdo.protections != 0;
   steps.back().protections = pdo.protections;
   put(communication, 1, cob_id, 4, "on");
 

@@ -60,8 +60,9 @@ std::vector<SetupStep> guardingSteps(const Guarding& guarding) {
   // Without the object a node enters pre-operational (CiA 301).
   SetupStep error_behaviour = write({0x1029, 1}, guarding.error_behaviour, 1, "behaviour after a communication error");
   error_behaviour.optional = guarding.error_behaviour == 0;
-  return {write({0x1016, 1}, consumer, 4, "watch on our heartbeat"),
-          write({0x1017, 0}, guarding.node_heartbeat, 2, "heartbeat period"), error_behaviour};
+  SetupStep watch = write({0x1016, 1}, consumer, 4, "watch on our heartbeat");
+  watch.protections = guarding.protections;
+  return {watch, write({0x1017, 0}, guarding.node_heartbeat, 2, "heartbeat period"), error_behaviour};
 }
 
 }  // namespace tandem::hal::canopen

@@ -26,7 +26,7 @@ struct SetupStep {
   std::uint64_t mask = ~std::uint64_t{0};
   std::string what;       ///< description: "quick stop option"
   bool optional = false;  ///< skipped if the node does not have the object
-  /// Of an optional step: bits, defined by the caller, of what is lost without it. Such a step is also skipped if the
+  /// Bits, defined by the caller, of what is lost without this step, which then is optional. It is also skipped if the
   /// object is read-only or refuses the value; nothing is lost if it has the value already.
   std::uint32_t protections = 0;
   std::int64_t timeout = 1'000'000'000;  ///< of kAwait, ns
@@ -55,6 +55,7 @@ struct Guarding {
   std::uint16_t our_heartbeat_timeout = 100;  ///< the node's time-out for our heartbeat: 1016:1
   std::uint16_t node_heartbeat = 25;          ///< the node's own period: 1017
   std::uint8_t error_behaviour = 0;           ///< 1029:1: 0 pre-operational, 1 none, 2 stopped
+  std::uint32_t protections = 0;              ///< lost if the node does not watch our heartbeat (SetupStep)
 };
 std::vector<SetupStep> guardingSteps(const Guarding& guarding);
 

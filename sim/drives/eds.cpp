@@ -307,6 +307,11 @@ class Reader {
   std::set<std::uint16_t> listed_;
 };
 
+Eds builtIn(std::string_view text, const std::string& name) {
+  std::istringstream in{std::string(text)};
+  return parseEds(in, name);
+}
+
 }  // namespace
 
 EdsError::EdsError(const std::string& file, std::size_t line, const std::string& reason)
@@ -351,25 +356,22 @@ Eds loadEds(const std::string& path) {
 }
 
 Eds completed(Eds eds, const Eds& own) {
-  const auto of = [](const EdsObject& object) { return object.address; };
-  const std::vector<EdsObject> has = eds.objects;
-  for (EdsObject object : own.objects) {
+  std::vector<EdsObject> hidden = own.objects, all;
+  for (EdsObject& object : hidden)
     object.hidden = true;
-    if (!std::ranges::binary_search(has, object.address, {}, of))
-      eds.objects.push_back(std::move(object));
-  }
-  std::ranges::sort(eds.objects, {}, of);
+  std::ranges::set_union(eds.objects, hidden, std::back_inserter(all), {}, &EdsObject::address, &EdsObject::address);
+  eds.objects = std::move(all);
   return eds;
 }
 
-Eds driveEds() {
-  std::istringstream in{std::string(kDriveEds)};
-  return parseEds(in, "tandem-drive.eds");
+const Eds& driveEds() {
+  static const Eds eds = builtIn(kDriveEds, "tandem-drive.eds");
+  return eds;
 }
 
-Eds encoderEds() {
-  std::istringstream in{std::string(kEncoderEds)};
-  return parseEds(in, "tandem-encoder.eds");
+const Eds& encoderEds() {
+  static const Eds eds = builtIn(kEncoderEds, "tandem-encoder.eds");
+  return eds;
 }
 
 }  // namespace tandem::sim::drives

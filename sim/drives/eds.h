@@ -71,8 +71,8 @@ Eds loadEds(const std::string& path);
 /// `eds`, and the objects of `own` that it lacks, hidden: a simulated device needs them for itself.
 Eds completed(Eds eds, const Eds& own);
 
-/// Built-in data sheets.
-Eds driveEds();
-Eds encoderEds();
+/// Built-in data sheets, read once.
+const Eds& driveEds();
+const Eds& encoderEds();
 
 }  // namespace tandem::sim::drives

@@ -33,6 +33,11 @@ const Entry* ObjectDictionary::find(ObjectAddress address) const noexcept {
   return const_cast<ObjectDictionary*>(this)->find(address);
 }
 
+const Entry* ObjectDictionary::visible(ObjectAddress address) const noexcept {
+  const Entry* entry = find(address);
+  return entry == nullptr || entry->info.hidden ? nullptr : entry;
+}
+
 bool ObjectDictionary::hasIndex(std::uint16_t index) const noexcept {
   return std::ranges::any_of(
       entries_, [&](const Entry& entry) { return entry.info.address.index == index && !entry.info.hidden; });
@@ -58,15 +63,15 @@ SdoAbort ObjectDictionary::missing(ObjectAddress address) const noexcept {
 }
 
 SdoAbort ObjectDictionary::checkRead(ObjectAddress address) const noexcept {
-  const Entry* entry = find(address);
-  if (entry == nullptr || entry->info.hidden)
+  const Entry* entry = visible(address);
+  if (entry == nullptr)
     return missing(address);
   return entry->info.access == Access::kWriteOnly ? SdoAbort::kWriteOnly : SdoAbort::kNone;
 }
 
 SdoAbort ObjectDictionary::checkWrite(ObjectAddress address, std::span<const std::uint8_t> bytes) const noexcept {
-  const Entry* entry = find(address);
-  if (entry == nullptr || entry->info.hidden)
+  const Entry* entry = visible(address);
+  if (entry == nullptr)
     return missing(address);
   if (entry->info.access == Access::kReadOnly || entry->info.access == Access::kConstant || entry->size() == 0)
     return SdoAbort::kReadOnly;

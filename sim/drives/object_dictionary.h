@@ -35,7 +35,9 @@ class ObjectDictionary {
 
   Entry* find(ObjectAddress address) noexcept;
   const Entry* find(ObjectAddress address) const noexcept;
-  bool hasIndex(std::uint16_t index) const noexcept;
+  /// The same without hidden objects.
+  const Entry* visible(ObjectAddress address) const noexcept;
+  bool hasIndex(std::uint16_t index) const noexcept;  ///< a visible one
   /// Also a hidden object. @throw std::invalid_argument if there is none, or it is a string.
   Entry& require(std::uint16_t index, std::uint8_t sub = 0);
   /// Sets all objects with first <= index <= last to their defaults.
@@ -46,11 +48,12 @@ class ObjectDictionary {
   /// The same for writing these bytes: existence, access, length, limits.
   SdoAbort checkWrite(ObjectAddress address, std::span<const std::uint8_t> bytes) const noexcept;
 
+  /// What the device lacks of an object that is not visible: the sub-index or the whole object.
+  SdoAbort missing(ObjectAddress address) const noexcept;
+
   std::vector<Entry>& entries() noexcept { return entries_; }
 
  private:
-  SdoAbort missing(ObjectAddress address) const noexcept;
-
   std::vector<Entry> entries_;  // sorted by address
   std::uint8_t node_;
 };

@@ -94,9 +94,9 @@ SdoAbort PdoEngine::acceptCommunication(ObjectAddress object, std::int64_t value
 
 SdoAbort PdoEngine::checkEntry(std::uint32_t raw, bool receive) const noexcept {
   const ObjectAddress address{static_cast<std::uint16_t>(raw >> 16), static_cast<std::uint8_t>(raw >> 8)};
-  const Entry* entry = dictionary_.find(address);
-  if (entry == nullptr || entry->info.hidden)
-    return dictionary_.hasIndex(address.index) ? SdoAbort::kNoSubIndex : SdoAbort::kNoObject;
+  const Entry* entry = dictionary_.visible(address);
+  if (entry == nullptr)
+    return dictionary_.missing(address);
   const Access access = entry->info.access;
   const bool direction_fits =
       receive ? access == Access::kReadWrite || access == Access::kWriteOnly : access != Access::kWriteOnly;

@@ -117,7 +117,7 @@ TEST(Protections, SomeWatchOnTheHalIsNeeded) {
 /// As in the data sheets of several vendors (2026): no event timer of RPDOs, no interpolation period, no behaviour
 /// object.
 TEST(Protections, ADriveWithTheObjectsOfManyDataSheetsMoves) {
-  System system(presetHardware(), 0.0, without({{0x1400, 5}, {0x60C2, 1}, {0x60C2, 2}}));
+  System system(presetHardware(), 0.0, without({{0x1400, 5}, {0x60C2, 1}, {0x60C2, 2}, {0x1029, 1}}));
   expectMoves(system, bit(Protection::kCommandDeadline));
 }
 
