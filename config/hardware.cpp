@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <set>
 #include <stdexcept>
@@ -152,6 +153,20 @@ class AxisReader {
     claimNode(map, "encoder_node", axis.bus, encoder.node);
   }
 
+  /// A velocity or acceleration must be a number that the drive's objects can hold.
+  static void checkRate(const Map& map,
+                        const AxisConfig& axis,
+                        const std::string& key,
+                        double amount,
+                        const std::string& object,
+                        std::int64_t (hal::AxisUnits::*convert)(double) const noexcept) {
+    const std::int64_t number = std::abs((hal::AxisUnits(axis.gearing, axis.units).*convert)(amount));
+    if (number < 1 || number > std::numeric_limits<std::int32_t>::max())
+      map.fail("node", axis.name + ": found a " + key + " that is " + std::to_string(number) +
+                           " in the drive's unit (object " + object +
+                           "), expected 1 to 2147483647; see velocity_unit and acceleration_unit");
+  }
+
   /// The drive must be able to count the whole travel, from any start value of its counter.
   static void checkRange(const Map& map, const AxisConfig& axis) {
     constexpr double kRoom = 1 << 30;
@@ -159,11 +174,9 @@ class AxisReader {
       const double resolution = hal::AxisUnits(axis.gearing).resolution();
       if ((axis.upper - axis.lower) / resolution > kRoom)
         map.fail("upper", "found a travel beyond 2^30 counts, expected less: a drive cannot count it");
-      for (const auto& [what, amount] :
-           {std::pair{"velocity", axis.velocity}, {"quick_stop_deceleration", axis.quick_stop_deceleration}}) {
-        if (amount < resolution)
-          map.fail("node", std::string("found a ") + what + " below one count of this axis, expected more");
-      }
+      checkRate(map, axis, "velocity", axis.velocity, "60FF", &hal::AxisUnits::toVelocityNumber);
+      checkRate(map, axis, "quick_stop_deceleration", axis.quick_stop_deceleration, "6085",
+                &hal::AxisUnits::toAccelerationNumber);
       if (axis.following_error < 2.0 * resolution)
         map.fail("node", "found a following_error below two counts of this axis, expected more");
       if (axis.encoder && axis.encoder->tolerance < hal::AxisUnits(axis.encoder->gearing).resolution())

@@ -154,6 +154,27 @@ const Mapping& torqueTable() {
   return table;
 }
 
+std::vector<Field> unitFields() {
+  using hal::DriveUnits;
+  using hal::RateUnit;
+  return {
+      text("velocity_unit", "unit of the objects with velocities: of the motor's shaft",
+           {{"counts_per_s", RateUnit::kCounts},
+            {"rpm", RateUnit::kRevolutionsPerMinute},
+            {"rev_per_s", RateUnit::kRevolutionsPerSecond}},
+           &AxisConfig::units, &DriveUnits::velocity),
+      positive("velocity_unit_scale", kNone, "numbers in these objects per one of the unit: 1000 for thousandths",
+               &AxisConfig::units, &DriveUnits::velocity_scale),
+      text("acceleration_unit", "unit of the objects with accelerations",
+           {{"counts_per_s2", RateUnit::kCounts},
+            {"rpm_per_s", RateUnit::kRevolutionsPerMinute},
+            {"rev_per_s2", RateUnit::kRevolutionsPerSecond}},
+           &AxisConfig::units, &DriveUnits::acceleration),
+      positive("acceleration_unit_scale", kNone, "numbers in these objects per one of the unit", &AxisConfig::units,
+               &DriveUnits::acceleration_scale),
+  };
+}
+
 Mapping driveMapping(Kind kind) {
   using hal::HoldingMeans;
   using hal::PositionReference;
@@ -162,9 +183,19 @@ Mapping driveMapping(Kind kind) {
   append(
       table.fields,
       {
-          text("mode", "cyclic synchronous position, or velocity with the position loop in the HAL",
-               {{"csp", hal::DriveMode::kCyclicPosition}, {"csv", hal::DriveMode::kCyclicVelocity}}, &AxisConfig::mode),
-          positive("velocity_gain", kGain, "gain of the position loop in mode csv", &AxisConfig::velocity_gain),
+          text("mode",
+               "csp: cyclic synchronous position; csv, pv: cyclic synchronous and profile velocity with the position "
+               "loop in the HAL",
+               {{"csp", hal::DriveMode::kCyclicPosition},
+                {"csv", hal::DriveMode::kCyclicVelocity},
+                {"pv", hal::DriveMode::kProfileVelocity}},
+               &AxisConfig::mode),
+          positive("velocity_gain", kGain, "gain of the position loop in modes csv and pv", &AxisConfig::velocity_gain),
+          flag("reports_following",
+               "in modes csp and csv, bit 12 of the statusword is 1 while the drive follows the target",
+               &AxisConfig::reports_following),
+          number("sdo_timeout", kTime, "longest time for an answer to an SDO request", &AxisConfig::sdo_timeout)
+              .within(0.02, 10.0),
           positive("velocity", kind.speed(), "largest speed of the axis", &AxisConfig::velocity).required(),
           positive(
               "slew_limit", kind.acceleration(),
@@ -205,6 +236,7 @@ Mapping driveMapping(Kind kind) {
           mapping("brake", both<brakeMapping>(kind), "holding brake that the HAL controls", &AxisConfig::brake)
               .defaultNote("none"),
       });
+  append(table.fields, unitFields());
   append(table.fields, identityFields<AxisConfig>());
   return table;
 }

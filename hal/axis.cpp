@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "hal/detail/node_setups.h"
 #include "hal/nanoseconds.h"
@@ -29,11 +28,11 @@ Axis::Axis(const HardwareConfig& hardware,
       feedback_budget_(FeedbackBudget::of(hardware, budgets)),
       network_(network),
       drive_(network.addNode(driveSetup(hardware, config, budgets.drive_heartbeat))),
-      units_(config.gearing),
+      units_(config.gearing, config.units),
       power_(hardware.transition_budget, config.stopBudget()),
       motion_(config.velocity, units_.resolution(), hardware.period),
       torque_(config.torque),
-      temperature_(std::numeric_limits<double>::quiet_NaN()) {
+      temperature_(config) {
   if (config.brake)
     brake_.emplace(*config.brake);
   if (!config.encoder)
@@ -49,6 +48,7 @@ void Axis::boot(std::int64_t now) noexcept {
   phase_ = AxisPhase::kBooting;
   guards_ = latched_ = 0;
   jobs_.clear();
+  temperature_.restart();
   limits_pending_ = recovering_ = false;
   emergency_ = encoder_emergency_ = encoder_alarm_ = false;
   error_code_ = 0;
@@ -106,6 +106,8 @@ void Axis::updateNodes(std::int64_t now) noexcept {
     phase_ = AxisPhase::kReferencing;
     if (brake_)
       brake_->restart(now);
+    const std::uint64_t* shown = driveNode().readValue(objects::kModeDisplay);
+    mode_.expect(config_.mode, shown != nullptr && *shown == static_cast<std::uint64_t>(config_.mode));
     emergency_ = encoder_emergency_ = false;  // those before the reset; a present error shows in the statusword
     fault_reset_ = true;
   }
@@ -144,6 +146,8 @@ void Axis::setLimits() noexcept {
   const Counts second = units_.toCounts(std::max(config_.upper, here) + safety::kPositionTolerance);
   if (!first.exact || !second.exact)
     return fail(HardwareGuard::kReference);
+  if ((driveNode().lostProtections() & bit(Protection::kSoftwareLimits)) != 0)
+    return beReady();
   const std::int64_t lower = std::min(first.value, second.value) - std::int64_t{1};
   const std::int64_t upper = std::max(first.value, second.value) + std::int64_t{1};
   jobs_.clear();
@@ -169,10 +173,18 @@ void Axis::setRecovering(bool recovering) noexcept {
 
 void Axis::finishLimits(std::int64_t now) noexcept {
   const SdoJobs::Status status = stepJobs(now);
-  if (status == SdoJobs::Status::kFailed)
+  if (status == SdoJobs::Status::kFailed && canopen::isRefusal(jobs_.abort())) {
+    driveNode().addLost(bit(Protection::kSoftwareLimits));
+    jobs_.clear();
+    beReady();
+  } else if (status == SdoJobs::Status::kFailed) {
     fail(HardwareGuard::kReference);
-  if (status != SdoJobs::Status::kDone)
-    return;
+  } else if (status == SdoJobs::Status::kDone) {
+    beReady();
+  }
+}
+
+void Axis::beReady() noexcept {
   limits_pending_ = false;
   phase_ = AxisPhase::kReady;
   position_ = units_.toJoint(counts_);
@@ -197,29 +209,28 @@ void Axis::reference() noexcept {
   }
 }
 
-SdoJobs::Status Axis::stepJobs(std::int64_t now) noexcept {
-  return brake_ && brake_->writing() ? SdoJobs::Status::kBusy : jobs_.step(driveNode(), now);
+bool Axis::sdoFree() const noexcept {
+  return !(brake_ && brake_->writing()) && !mode_.reading() && !temperature_.reading();
 }
 
-/// Once a second, while the node's SDO client is not in use.
-void Axis::readTemperature(std::int64_t now) noexcept {
-  if (config_.temperature_index == 0 || phase_ != AxisPhase::kReady || limits_pending_)
-    return;
-  if (jobs_.status() != SdoJobs::Status::kBusy && now >= next_temperature_) {
-    next_temperature_ = now + kSecond;
-    jobs_.clear();
-    jobs_.read({config_.temperature_index, config_.temperature_sub});
-    return;
-  }
-  if (jobs_.status() != SdoJobs::Status::kBusy)
-    return;
-  const SdoJobs::Status status = stepJobs(now);
-  if (status == SdoJobs::Status::kDone) {
-    const int bits = 8 * static_cast<int>(std::clamp<std::size_t>(driveNode().sdo().data().size(), 1, 4));
-    temperature_ = config_.temperature_scale * static_cast<double>(canopen::signExtend(jobs_.value(), bits));
-  } else if (status == SdoJobs::Status::kFailed) {
-    temperature_ = std::numeric_limits<double>::quiet_NaN();
-  }
+SdoJobs::Status Axis::stepJobs(std::int64_t now) noexcept {
+  return sdoFree() ? jobs_.step(driveNode(), now) : SdoJobs::Status::kBusy;
+}
+
+void Axis::requestMode(DriveMode mode) noexcept {
+  jobs_.clear();
+  jobs_.write(objects::kMode, static_cast<int>(mode), 1);
+  mode_.expect(mode, false);
+}
+
+/// Accesses to the drive other than jobs(), one after the other.
+void Axis::stepSdo(std::int64_t now) noexcept {
+  const auto free = [this] { return sdoFree() && jobs_.status() != SdoJobs::Status::kBusy; };
+  if (brake_)
+    moveBrake(now, free());
+  if (!mode_.step(driveState() == DriveState::kOperationEnabled, free(), driveNode(), now))
+    fail(HardwareGuard::kSwitchOn);
+  temperature_.step(free() && phase_ == AxisPhase::kReady, driveNode(), now);
 }
 
 void Axis::noteGuard(HardwareGuard guard, bool stands) noexcept {
@@ -228,7 +239,7 @@ void Axis::noteGuard(HardwareGuard guard, bool stands) noexcept {
 }
 
 /// Opens the brake while torque holds the joint in operation; closes it before torque goes off, or once it is off.
-void Axis::moveBrake(std::int64_t now) noexcept {
+void Axis::moveBrake(std::int64_t now, bool free) noexcept {
   const DriveState state = driveState();
   const bool torque = state == DriveState::kOperationEnabled || state == DriveState::kQuickStopActive ||
                       state == DriveState::kFaultReaction;
@@ -236,7 +247,6 @@ void Axis::moveBrake(std::int64_t now) noexcept {
   // A closing brake stays closed if the joint moves slightly.
   closing_ = torque && !operation && (closing_ || atStandstill());
   const bool open = operation || (torque && !closing_);
-  const bool free = jobs_.status() != SdoJobs::Status::kBusy;
   if (!brake_->step(open, torque, units_.toJoint(counts_), free, driveNode(), now))
     fail(HardwareGuard::kBrake);
   free_to_move_ = brake_->opened(now);
@@ -294,9 +304,7 @@ void Axis::update(std::int64_t now) noexcept {
     finishLimits(now);
   else if (phase_ == AxisPhase::kReferencing)
     reference();
-  readTemperature(now);
-  if (brake_)
-    moveBrake(now);
+  stepSdo(now);
   judge(now);
 }
 
@@ -324,8 +332,9 @@ double Axis::feedbackSuccess() const noexcept {
 }
 
 bool Axis::followsCommand() const noexcept {
-  return driveState() == DriveState::kOperationEnabled && (statusword_ & statusword::kFollowsCommand) != 0 &&
-         free_to_move_;
+  const bool reports = config_.reports_following && config_.mode != DriveMode::kProfileVelocity;
+  return driveState() == DriveState::kOperationEnabled && free_to_move_ && mode_.confirmed() &&
+         (!reports || (statusword_ & statusword::kFollowsCommand) != 0);
 }
 
 bool Axis::valid() const noexcept {
@@ -376,7 +385,7 @@ void Axis::writeCommand(std::int64_t now) noexcept {
   const bool moves = driveState() == DriveState::kOperationEnabled;
   const double wanted = target_velocity_ + config_.velocity_gain * (target_ - position_);
   const double speed = moves ? std::clamp(wanted, -1.5 * config_.velocity, 1.5 * config_.velocity) : 0.0;
-  rpdo.set(slots::kTarget, static_cast<std::int64_t>(std::llround(units_.toCountSpeed(speed))));
+  rpdo.set(slots::kTarget, units_.toVelocityNumber(speed));
 }
 
 }  // namespace tandem::hal

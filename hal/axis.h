@@ -10,7 +10,9 @@
 #include "hal/guards.h"
 #include "hal/hardware.h"
 #include "hal/measured_motion.h"
+#include "hal/mode_confirmation.h"
 #include "hal/sdo_jobs.h"
+#include "hal/temperature.h"
 #include "hal/torque_guard.h"
 #include "idl/enumerations.h"
 
@@ -87,7 +89,7 @@ class Axis {
   /// Share of the last 100 TPDOs that were received, 0 to 1: the lower one of drive and encoder.
   double feedbackSuccess() const noexcept;
   /// Drive temperature, degrees Celsius; NaN: not known.
-  double temperature() const noexcept { return temperature_; }
+  double temperature() const noexcept { return temperature_.value(); }
   const AxisConfig& config() const noexcept { return config_; }
   const AxisUnits& units() const noexcept { return units_; }
   canopen::Node& driveNode() noexcept { return network_.node(drive_); }
@@ -99,6 +101,10 @@ class Axis {
 
   /// SDO accesses while the axis runs, for homing runs; stepJobs() advances them.
   SdoJobs& jobs() noexcept { return jobs_; }
+  /// Requests a mode of operation, only without torque: the drive must show it before the axis follows a command.
+  void requestMode(DriveMode mode) noexcept;
+  /// The drive is in operation, in the mode that was requested.
+  bool operates() const noexcept { return goalReached() && mode_.confirmed(); }
   SdoJobs::Status stepJobs(std::int64_t now) noexcept;
   /// Software limits of the drive: widened to contain the present position, or as configured. Only without torque.
   void setRecovering(bool recovering) noexcept;
@@ -114,9 +120,11 @@ class Axis {
   void reference() noexcept;
   void setLimits() noexcept;
   void finishLimits(std::int64_t now) noexcept;
-  void moveBrake(std::int64_t now) noexcept;
+  void beReady() noexcept;
+  void moveBrake(std::int64_t now, bool free) noexcept;
+  void stepSdo(std::int64_t now) noexcept;
+  bool sdoFree() const noexcept;
   bool mayRelease(std::int64_t now) noexcept;
-  void readTemperature(std::int64_t now) noexcept;
   void judge(std::int64_t now) noexcept;
   void judgeMotion(std::int64_t now) noexcept;
   void noteGuard(HardwareGuard guard, bool stands) noexcept;
@@ -134,6 +142,8 @@ class Axis {
   std::optional<Brake> brake_;
   TorqueGuard torque_;
   SdoJobs jobs_;
+  ModeConfirmation mode_;
+  Temperature temperature_;
   AxisPhase phase_ = AxisPhase::kBooting;
   GuardMask guards_ = 0;
   GuardMask latched_ = 0;  ///< set by fail(), until the next boot
@@ -162,8 +172,6 @@ class Axis {
   double encoder_position_ = 0.0;
   double target_ = 0.0;
   double target_velocity_ = 0.0;
-  double temperature_;
-  std::int64_t next_temperature_ = 0;  ///< time of the next reading, ns
   std::int32_t target_counts_ = 0;
 };
 

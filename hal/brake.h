@@ -42,7 +42,7 @@ class Brake {
   }
 
   BrakeConfig config_;
-  SdoJobs jobs_;
+  SdoJobs jobs_{true};
   bool open_ = false;     ///< as last written
   bool writing_ = false;  ///< the node has not confirmed it yet
   bool obeys_ = true;

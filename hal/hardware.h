@@ -97,14 +97,17 @@ struct AxisConfig {
   DeviceIdentity identity;
   DriveMode mode = DriveMode::kCyclicPosition;
   Gearing gearing;
-  double lower = 0.0;  ///< software limits of the drive, m or rad
+  DriveUnits units;
+  double sdo_timeout = 0.1;       ///< longest time for the drive's or encoder's answer to an SDO request, s
+  bool reports_following = true;  ///< bit 12 of the statusword is 1 while the drive follows the target (CSP, CSV)
+  double lower = 0.0;             ///< software limits of the drive, m or rad
   double upper = 0.0;
   double velocity = 0.0;                   ///< maximum speed of the axis, m/s or rad/s
   double slew_limit = safety::kUnlimited;  ///< largest change of the commanded velocity per second, m/s^2 or rad/s^2
   double quick_stop_deceleration = 0.0;    ///< m/s^2 or rad/s^2
   double following_error = 0.0;            ///< window of the drive and of the HAL, m or rad
   double following_time = 0.05;            ///< s for which the error may stay outside the window
-  double velocity_gain = 10.0;             ///< 1/s: gain of the position loop in mode CSV
+  double velocity_gain = 10.0;             ///< 1/s: gain of the HAL's position loop in modes CSV and PV
   PositionReference reference = PositionReference::kAbsoluteEncoder;
   std::uint16_t temperature_index = 0;  ///< object with a temperature of the drive, 0: none
   std::uint8_t temperature_sub = 0;
@@ -150,7 +153,8 @@ struct HardwareConfig {
   std::vector<AxisConfig> axes;                ///< complete; arms in order, then their joints in order
   std::vector<EmergencyInput> emergency_stop;  ///< each of them stops all arms; empty: it cannot be read
 
-  /// Traffic of one bus in operation. @param heartbeat_budget time-out of the drives for the HAL's heartbeat, s.
+  /// Traffic of one bus in operation, with the shortest request_interval of 1 to kLongestRequestInterval periods that
+  /// fits the bus's load limit. @param heartbeat_budget time-out of the drives for the HAL's heartbeat, s.
   BusTraffic trafficOf(int bus, double heartbeat_budget) const;
   /// The calculator's input for one bus.
   BusPlan planOf(int bus, double heartbeat_budget) const;
@@ -161,6 +165,9 @@ struct HardwareConfig {
  * from 10 mm/s and 2 rad/s to 0. With setpoints at 10 Hz, it acts only if a rotation reverses at more than half of its
  * speed. */
 inline constexpr double kSlewTime = 0.1;
+
+/// Most periods per SDO request while an arm moves (BusTraffic::request_interval).
+inline constexpr int kLongestRequestInterval = 10;
 
 /// Heartbeats of the HAL within the drives' time-out.
 inline constexpr double kHeartbeatsPerBudget = 4.0;

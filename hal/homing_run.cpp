@@ -9,7 +9,6 @@
 namespace tandem::hal {
 namespace {
 
-constexpr std::int64_t kModeTimeout = 1'000'000'000;  ///< for the mode display, ns
 /// An axis in a homing run must have no guard.
 bool bad(const Axis& axis) { return axis.guards() != 0 || axis.phase() == AxisPhase::kFailed; }
 
@@ -42,9 +41,7 @@ void HomingRun::enter(Phase phase, std::int64_t now) noexcept {
     switch (phase) {
       case Phase::kMode:
       case Phase::kModeBack:
-        axis->jobs().clear();
-        axis->jobs().write(objects::kMode, static_cast<int>(mode), 1);
-        axis->jobs().await(objects::kModeDisplay, static_cast<int>(mode), 1, kModeTimeout);
+        axis->requestMode(mode);
         break;
       case Phase::kPower:
         axis->hold();
@@ -150,7 +147,7 @@ void HomingRun::step(std::int64_t now) noexcept {
         if (member(*axis) && axis->goalLate(now))
           axis->fail(HardwareGuard::kSwitchOn);
       }
-      if (all([](const Axis& axis) { return axis.goalReached(); }))
+      if (all([](const Axis& axis) { return axis.operates(); }))
         enter(Phase::kRun, now);
       return;
     case Phase::kRun:

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "hal/nanoseconds.h"
 
@@ -18,6 +19,7 @@ constexpr std::uint32_t kDriveProfile = 402;
 constexpr std::uint32_t kEncoderProfile = 406;
 /// CANopen has up to four predefined PDOs per direction; those that the HAL does not use must not load the bus.
 constexpr int kPredefinedPdos = 4;
+constexpr double kProfileReserve = 2.0;  ///< of the ramps of profile velocity
 
 std::uint16_t milliseconds(double seconds) {
   constexpr double kMost = std::numeric_limits<std::uint16_t>::max();
@@ -64,6 +66,7 @@ canopen::NodeSetup commonSetup(const HardwareConfig& hardware,
   append(setup.steps, canopen::guardingSteps(guarding));
   setup.heartbeat_timeout = nanoseconds(std::max(2.5 * hardware.node_heartbeat, heartbeat_budget));
   setup.boot_timeout = nanoseconds(hardware.boot_budget);
+  setup.sdo_timeout = nanoseconds(axis.sdo_timeout);
   return setup;
 }
 
@@ -88,9 +91,62 @@ void appendInterpolation(std::vector<SetupStep>& steps, double period) {
   steps.push_back(optional(canopen::write({0x60C2, 2}, exponent, 1, "interpolation period exponent")));
 }
 
+/** The drive's own statement of a unit (60A9, 60AA): power of ten, then numerator and denominator in the numbers of
+ * CiA 303-2. A unit that is none of these, and an object that is absent or 0, say nothing. */
+struct UnitCode {
+  RateUnit unit;
+  std::uint32_t code;
+};
+constexpr UnitCode kVelocityCodes[] = {{RateUnit::kCounts, 0xB50300},
+                                       {RateUnit::kRevolutionsPerMinute, 0xB44700},
+                                       {RateUnit::kRevolutionsPerSecond, 0xB40300}};
+constexpr UnitCode kAccelerationCodes[] = {{RateUnit::kCounts, 0xB55700},
+                                           {RateUnit::kRevolutionsPerMinute, 0xC00300},
+                                           {RateUnit::kRevolutionsPerSecond, 0xB45700}};
+
+/// Refuses a drive that states another unit than the hardware file.
+SetupStep unitStep(canopen::ObjectAddress object,
+                   std::span<const UnitCode> codes,
+                   RateUnit unit,
+                   double scale,
+                   const char* what) {
+  constexpr int kSmallestPower = -6;  // micro
+  const auto with = [](int power, std::uint32_t code) {
+    return std::uint32_t{static_cast<std::uint8_t>(power)} << 24 | code;
+  };
+  const int power = -static_cast<int>(std::lround(std::log10(scale)));
+  SetupStep step = optional(canopen::check(object, 0, 4, what));
+  for (const UnitCode& known : codes) {
+    if (known.unit == unit)
+      step.value = with(power, known.code);
+  }
+  for (const UnitCode& known : codes) {
+    for (int p = kSmallestPower; p <= 0; ++p) {
+      if (with(p, known.code) != step.value)
+        step.refused.push_back(with(p, known.code));
+    }
+  }
+  return step;
+}
+
+void appendUnits(std::vector<SetupStep>& steps, const DriveUnits& units) {
+  steps.push_back(unitStep({0x60A9, 0}, kVelocityCodes, units.velocity, units.velocity_scale,
+                           "unit of velocities (velocity_unit of the hardware file)"));
+  steps.push_back(unitStep({0x60AA, 0}, kAccelerationCodes, units.acceleration, units.acceleration_scale,
+                           "unit of accelerations (acceleration_unit of the hardware file)"));
+}
+
+/** Numbers without sign for a drive's objects. */
+struct Magnitudes {
+  AxisUnits units;
+  std::int64_t velocity(double value) const { return std::abs(units.toVelocityNumber(value)); }
+  std::int64_t acceleration(double value) const { return std::abs(units.toAccelerationNumber(value)); }
+};
+Magnitudes magnitudes(const AxisConfig& axis) { return {AxisUnits(axis.gearing, axis.units)}; }
+
 /// Reaction of a drive to a stop or a loss of communication: always the quick stop ramp.
 void appendReactions(std::vector<SetupStep>& steps, const AxisConfig& axis) {
-  const std::int64_t deceleration = AxisUnits(axis.gearing).toCountMagnitude(axis.quick_stop_deceleration);
+  const std::int64_t deceleration = magnitudes(axis).acceleration(axis.quick_stop_deceleration);
   using enum Protection;
   const std::int64_t after_stop = axis.brake ? 6 : 2;
   steps.push_back(
@@ -104,7 +160,8 @@ void appendReactions(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   steps.push_back(optional(canopen::write({0x605C, 0}, 1, 2, "disable operation option: ramp")));
   steps.push_back(optional(canopen::write({0x605D, 0}, 2, 2, "halt option: quick stop ramp")));
   steps.push_back(wanted(canopen::write({0x605E, 0}, 2, 2, "fault reaction option: quick stop ramp"), kFaultReaction));
-  steps.push_back(optional(canopen::write({0x6084, 0}, deceleration, 4, "profile deceleration")));
+  if (axis.mode != DriveMode::kProfileVelocity)
+    steps.push_back(optional(canopen::write({0x6084, 0}, deceleration, 4, "profile deceleration")));
   steps.push_back(wanted(canopen::write({0x6085, 0}, deceleration, 4, "quick stop deceleration"), kQuickStopRamp));
 }
 
@@ -126,22 +183,41 @@ void appendWindows(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   const double turns =
       static_cast<double>(units.toCountMagnitude(2.0 * axis.velocity)) / axis.gearing.counts_per_revolution;
   const auto rpm = static_cast<std::int64_t>(std::ceil(60.0 * turns));
-  steps.push_back(optional(canopen::write({0x6080, 0}, rpm, 4, "maximum motor speed in rpm")));
+  steps.push_back(wanted(canopen::write({0x6080, 0}, rpm, 4, "maximum motor speed in rpm"), Protection::kSpeedLimit));
+  if (targetIsVelocity(axis.mode))
+    steps.push_back(wanted(
+        canopen::write({0x607F, 0}, magnitudes(axis).velocity(2.0 * axis.velocity), 4, "maximum profile velocity"),
+        Protection::kSpeedLimit));
+  // Written once the position is known.
+  for (const canopen::ObjectAddress object : {objects::kLowerLimit, objects::kUpperLimit})
+    steps.push_back(wanted(canopen::read(object, 4, "software limit"), Protection::kSoftwareLimits));
+}
+
+/// Ramps of profile velocity: steeper than every ramp that the HAL commands, so that the position loop leads.
+void appendProfile(std::vector<SetupStep>& steps, const AxisConfig& axis) {
+  const double steepest = std::isfinite(axis.slew_limit) ? std::max(axis.slew_limit, axis.quick_stop_deceleration)
+                                                         : axis.quick_stop_deceleration;
+  const std::int64_t ramp = magnitudes(axis).acceleration(kProfileReserve * steepest);
+  steps.push_back(canopen::write({0x6083, 0}, ramp, 4, "profile acceleration"));
+  steps.push_back(canopen::write({0x6084, 0}, ramp, 4, "profile deceleration"));
 }
 
 void appendHoming(std::vector<SetupStep>& steps, const AxisConfig& axis) {
-  const AxisUnits units(axis.gearing);
+  const Magnitudes units = magnitudes(axis);
   const HomingConfig& homing = axis.homing;
-  steps.push_back(canopen::write({0x607C, 0}, 0, 4, "home offset"));
+  steps.push_back(optional(canopen::write({0x607C, 0}, 0, 4, "home offset")));
   steps.push_back(canopen::write({0x6098, 0}, homing.method, 1, "homing method"));
-  steps.push_back(canopen::write({0x6099, 1}, units.toCountMagnitude(homing.fast), 4, "homing speed to the switch"));
-  steps.push_back(canopen::write({0x6099, 2}, units.toCountMagnitude(homing.slow), 4, "homing speed to the index"));
-  steps.push_back(canopen::write({0x609A, 0}, units.toCountMagnitude(homing.acceleration), 4, "homing acceleration"));
+  steps.push_back(canopen::write({0x6099, 1}, units.velocity(homing.fast), 4, "homing speed to the switch"));
+  steps.push_back(canopen::write({0x6099, 2}, units.velocity(homing.slow), 4, "homing speed to the index"));
+  steps.push_back(canopen::write({0x609A, 0}, units.acceleration(homing.acceleration), 4, "homing acceleration"));
 }
 
+/// Some drives show the mode only in operation enabled: then it is read there (ModeConfirmation).
 SetupStep awaitMode(DriveMode mode) {
   SetupStep step = canopen::check(objects::kModeDisplay, static_cast<int>(mode), 1, "mode of operation display");
   step.kind = SetupStep::Kind::kAwait;
+  step.optional = true;
+  step.timeout = kSecond / 2;
   return step;
 }
 
@@ -155,12 +231,16 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
   std::uint32_t modes = 1u << (static_cast<int>(axis.mode) - 1);
   if (axis.reference == PositionReference::kHoming)
     modes |= 1u << (static_cast<int>(DriveMode::kHoming) - 1);
-  setup.steps.push_back(canopen::checkBits({0x6502, 0}, modes, modes, 4, "supported modes"));
+  setup.steps.push_back(optional(canopen::checkBits({0x6502, 0}, modes, modes, 4, "supported modes")));
+  appendUnits(setup.steps, axis.units);
   appendReactions(setup.steps, axis);
   if (axis.brake)
     appendBrake(setup.steps, *axis.brake);
   appendWindows(setup.steps, axis);
-  appendInterpolation(setup.steps, hardware.period);
+  if (axis.mode == DriveMode::kProfileVelocity)
+    appendProfile(setup.steps, axis);
+  else
+    appendInterpolation(setup.steps, hardware.period);
   if (axis.reference == PositionReference::kHoming)
     appendHoming(setup.steps, axis);
   const bool inputs = readsInputs(hardware, axis);
@@ -171,8 +251,8 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
   command.event_timer = milliseconds(0.5 * heartbeat_budget);
   command.protections = bit(Protection::kCommandDeadline);
   command.layout.add({{0x6040, 0}, 16});
-  command.layout.add(axis.mode == DriveMode::kCyclicVelocity ? canopen::PdoEntry{{0x60FF, 0}, 32}
-                                                             : canopen::PdoEntry{{0x607A, 0}, 32});
+  command.layout.add(targetIsVelocity(axis.mode) ? canopen::PdoEntry{{0x60FF, 0}, 32}
+                                                 : canopen::PdoEntry{{0x607A, 0}, 32});
   setup.rpdos.push_back(command);
   PdoConfig feedback;
   feedback.layout.add({{0x6041, 0}, 16});

@@ -2,6 +2,7 @@
 #include "hal/robot_hardware.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 #include <utility>
 
@@ -13,9 +14,11 @@ namespace {
 /// Largest payload of a cyclic frame: controlword and target, or statusword and position.
 constexpr int kTypicalBytes = 6;
 
-canopen::NetworkOptions networkOptions(const BusConfig& bus, double heartbeat_budget) {
+canopen::NetworkOptions networkOptions(const HardwareConfig& config, int b, double heartbeat_budget) {
   canopen::NetworkOptions options;
-  options.own_id = static_cast<std::uint8_t>(bus.node_id);
+  options.own_id = static_cast<std::uint8_t>(config.buses[static_cast<std::size_t>(b)].node_id);
+  options.request_interval =
+      static_cast<int>(std::lround(config.trafficOf(b, heartbeat_budget).request_interval / config.period));
   options.heartbeat_period = static_cast<std::int64_t>(1e9 * heartbeat_budget / kHeartbeatsPerBudget);
   options.master_silence = nanoseconds(canopen::listeningTime(heartbeat_budget));
   return options;
@@ -38,7 +41,8 @@ RobotHardware::RobotHardware(const HardwareConfig& config,
   for (std::size_t b = 0; b < buses.size(); ++b) {
     BusSlot slot;
     slot.bus = buses[b];
-    slot.network = std::make_unique<canopen::Network>(*slot.bus, networkOptions(config.buses[b], heartbeat_budget));
+    slot.network =
+        std::make_unique<canopen::Network>(*slot.bus, networkOptions(config, static_cast<int>(b), heartbeat_budget));
     buses_.push_back(std::move(slot));
   }
   for (const AxisConfig& axis : config_.axes) {
@@ -227,6 +231,10 @@ void RobotHardware::watchEmergencyStop(std::int64_t now) noexcept {
   }
 }
 
+bool RobotHardware::carriesMotion(int b) const noexcept {
+  return std::ranges::any_of(axes_, [b](const auto& axis) { return axis->config().bus == b && axis->operating(); });
+}
+
 void RobotHardware::step(std::int64_t now) noexcept {
   receive(now);
   watchEmergencyStop(now);
@@ -245,8 +253,8 @@ void RobotHardware::step(std::int64_t now) noexcept {
       events_.push(reported);
     }
   }
-  for (BusSlot& slot : buses_)
-    slot.network->transmit(now, {true, true});
+  for (std::size_t b = 0; b < buses_.size(); ++b)
+    buses_[b].network->transmit(now, {true, true, carriesMotion(static_cast<int>(b))});
 }
 
 }  // namespace tandem::hal

@@ -137,6 +137,8 @@ class RobotHardware {
     std::int64_t window = 0;   ///< its beginning, ns
   };
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+  /// A drive on this bus moves or holds its joint.
+  bool carriesMotion(int b) const noexcept;
   void receiveFrames(std::int64_t now) noexcept;
   void receive(std::int64_t now) noexcept;
   void onEvent(std::size_t bus, const canopen::NetworkEvent& event) noexcept;

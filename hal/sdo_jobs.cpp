@@ -52,6 +52,8 @@ void SdoJobs::begin(canopen::SdoClient& sdo, std::int64_t now) noexcept {
   } else {
     sdo.upload(job.object, now);
   }
+  if (urgent_)
+    sdo.setUrgent();
   if (job.kind == Kind::kAwait && deadline_ == 0)
     deadline_ = now + job.timeout;
   running_ = true;
@@ -66,8 +68,9 @@ void SdoJobs::finish(canopen::SdoClient& sdo, std::int64_t now) noexcept {
     reading_back_ = true;
     return;
   }
-  value_ = sdo.value();
-  const bool equal = job.size == 0 || canopen::lowBits(value_, 8 * job.size) == job.value;
+  bool size_fits = true;
+  value_ = sdo.value(job.size, size_fits);
+  const bool equal = job.size == 0 || (size_fits && value_ == job.value);
   if (job.kind == Kind::kWrite && !equal)
     return fail(SdoAbort::kNone);
   if (job.kind == Kind::kAwait && !equal) {

@@ -14,6 +14,8 @@ class SdoJobs {
  public:
   enum class Status : std::uint8_t { kIdle, kBusy, kDone, kFailed };
 
+  /// @param urgent  the accesses do not wait for those to other nodes.
+  explicit SdoJobs(bool urgent = false) noexcept : urgent_(urgent) {}
   /// Removes all jobs; the next step aborts a running transfer.
   void clear() noexcept;
   /// Writes a number of `size` bytes (1..4) and reads it back.
@@ -46,6 +48,7 @@ class SdoJobs {
   void finish(canopen::SdoClient& sdo, std::int64_t now) noexcept;
   void fail(canopen::SdoAbort abort) noexcept;
 
+  bool urgent_;
   std::array<Job, kCapacity> jobs_{};
   std::size_t count_ = 0;
   std::size_t next_ = 0;

@@ -27,6 +27,8 @@ Network::Network(can::Bus& bus, const NetworkOptions& options)
     throw std::invalid_argument("own node id " + std::to_string(options.own_id) + ", expected 1 to 127");
   if (options.sync_overflow == 1 || options.sync_overflow > 240)
     throw std::invalid_argument("SYNC counter overflow, expected 0 or 2 to 240");
+  if (options.request_interval < 1)
+    throw std::invalid_argument("request interval, expected at least 1 SYNC");
   claim(cob::kNmt, {Use::kMaster, 0, 0, MasterFrame::kNmt});
   claim(cob::kSync, {Use::kMaster, 0, 0, MasterFrame::kSync});
   claim(cob::kHeartbeat + options.own_id, {Use::kMaster, 0, 0, MasterFrame::kHeartbeat});
@@ -260,6 +262,23 @@ void Network::queueRpdos() noexcept {
   }
 }
 
+void Network::queueRequests(bool few) noexcept {
+  bool may = !few || syncs_ >= next_request_sync_;
+  const std::size_t first = next_request_;
+  for (std::size_t n = 0; n < nodes_.size(); ++n) {
+    const std::size_t k = (first + n) % nodes_.size();
+    const SdoClient& sdo = nodes_[k]->sdo();
+    if (sdo.request() == nullptr || !(may || sdo.urgent()))
+      continue;
+    queue(*sdo.request(), static_cast<std::int16_t>(k + kSdo));
+    if (few && !sdo.urgent()) {
+      may = false;
+      next_request_ = k + 1;
+      next_request_sync_ = syncs_ + static_cast<std::uint64_t>(options_.request_interval);
+    }
+  }
+}
+
 std::size_t Network::transmit(std::int64_t now, const Transmission& what) noexcept {
   outgoing_count_ = 0;
   queueNmt();
@@ -273,10 +292,7 @@ std::size_t Network::transmit(std::int64_t now, const Transmission& what) noexce
       sync_counter_ = static_cast<std::uint8_t>(sync_counter_ % options_.sync_overflow + 1);
     queue(syncFrame(sync_counter_), kPeriodic);
   }
-  for (std::size_t k = 0; k < nodes_.size(); ++k) {
-    if (const CanFrame* request = nodes_[k]->sdo().request())
-      queue(*request, static_cast<std::int16_t>(k + kSdo));
-  }
+  queueRequests(what.few_requests);
   const std::size_t taken = outgoing_count_ == 0 ? 0 : bus_.send({outgoing_.data(), outgoing_count_});
   finishSend(taken, now);
   noticePhases(now);

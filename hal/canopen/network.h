@@ -19,6 +19,7 @@ struct NetworkOptions {
   std::int64_t heartbeat_period = 25'000'000;  ///< ns
   std::uint8_t sync_overflow = 0;              ///< object 1019: 0 no counter, else 2..240
   std::int64_t master_silence = 500'000'000;   ///< time-out for another master that was received, ns
+  int request_interval = 1;                    ///< SYNCs per SDO request while Transmission::few_requests
 };
 
 /** Event of a network, in order of occurrence. */
@@ -60,6 +61,9 @@ struct NetworkCounters {
 struct Transmission {
   bool rpdos = false;  ///< of all nodes that are operational
   bool sync = false;   ///< after them
+  /// The bus carries the traffic of a moving robot: besides urgent SDO requests at most one of all nodes, and that only
+  /// once per NetworkOptions::request_interval SYNCs. Otherwise the request of each node.
+  bool few_requests = false;
 };
 
 /** Master of one bus. No thread and no clock of its own: call receive() and transmit() with the time, at least once per
@@ -133,6 +137,7 @@ class Network {
   void queue(const CanFrame& frame, std::int16_t origin) noexcept;
   void queueNmt() noexcept;
   void queueRpdos() noexcept;
+  void queueRequests(bool few) noexcept;
   void finishSend(std::size_t taken, std::int64_t now) noexcept;
 
   can::Bus& bus_;
@@ -152,6 +157,8 @@ class Network {
   std::int64_t next_heartbeat_ = 0;
   std::uint8_t sync_counter_ = 0;
   std::uint64_t syncs_ = 0;
+  std::size_t next_request_ = 0;         ///< node whose SDO request is due first
+  std::uint64_t next_request_sync_ = 0;  ///< few requests: not before this SYNC
   can::BusState bus_state_ = can::BusState::kActive;
   NetworkCounters counters_;
   MasterWatch masters_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/canopen/node.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <stdexcept>
 
@@ -9,9 +10,11 @@ namespace {
 
 constexpr int kMaxRestarts = 3;  ///< of a configuration
 
-std::string hex(std::uint64_t value) {
-  char text[24];
-  std::snprintf(text, sizeof text, "0x%llX", static_cast<unsigned long long>(value));
+/// "50 (0x32)".
+std::string number(std::uint64_t value) {
+  char text[48];
+  std::snprintf(text, sizeof text, "%llu (0x%llX)", static_cast<unsigned long long>(value),
+                static_cast<unsigned long long>(value));
   return text;
 }
 
@@ -19,10 +22,13 @@ void append(std::vector<SetupStep>& to, const std::vector<SetupStep>& steps) {
   to.insert(to.end(), steps.begin(), steps.end());
 }
 
+bool isWrite(const SetupStep& step) {
+  return step.kind == SetupStep::Kind::kWrite || step.kind == SetupStep::Kind::kWriteVerify;
+}
+
 void requireSteps(const std::vector<SetupStep>& steps) {
   for (const SetupStep& step : steps) {
-    const bool writes = step.kind == SetupStep::Kind::kWrite || step.kind == SetupStep::Kind::kWriteVerify;
-    if (step.size < (writes ? 1 : 0) || step.size > 8)
+    if (step.size < (isWrite(step) ? 1 : 0) || step.size > 8)
       throw std::invalid_argument(step.what + " " + describe(step.object) + ": expected 1 to 8 bytes");
   }
 }
@@ -54,27 +60,31 @@ Node::Node(const NodeSetup& setup) : setup_(setup), sdo_(setup.id, setup.sdo_tim
 }
 
 std::string Node::describeFailure() const {
-  std::string text = "node " + std::to_string(setup_.id) + (setup_.name.empty() ? "" : " (" + setup_.name + ")") + ": ";
-  if (failure_.step >= 0) {
-    const SetupStep& step = steps_[failure_.step];
-    text += step.what + " " + describe(step.object) + ": ";
-    if (failure_.reason == NodeFailure::Reason::kMismatch)
-      return text + "found " + hex(failure_.value) + ", expected " + hex(step.value);
-    return text + describe(failure_.abort);
+  return "node " + std::to_string(setup_.id) + (setup_.name.empty() ? "" : " (" + setup_.name + ")") + ": " +
+         describe(failure_);
+}
+
+std::string Node::describe(const NodeFailure& failure) const {
+  if (failure.step >= 0 && failure.step < static_cast<int>(steps_.size())) {
+    const SetupStep& step = steps_[static_cast<std::size_t>(failure.step)];
+    const std::string text = step.what + " " + canopen::describe(step.object) + ": ";
+    if (failure.reason == NodeFailure::Reason::kMismatch)
+      return text + "found " + number(failure.value) + ", expected " + number(step.value);
+    return text + (isWrite(step) ? "sent " + number(step.value) + ": " : "") + canopen::describe(failure.abort);
   }
-  switch (failure_.reason) {
+  switch (failure.reason) {
     case NodeFailure::Reason::kNoBootUp:
-      return text + "no boot-up message after the reset";
+      return "no boot-up message after the reset";
     case NodeFailure::Reason::kNotStarted:
-      return text + "does not become operational";
+      return "does not become operational";
     case NodeFailure::Reason::kHeartbeatLost:
-      return text + "heartbeat lost";
+      return "heartbeat lost";
     case NodeFailure::Reason::kRebooted:
-      return text + "booted unasked";
+      return "rebooted without a request";
     case NodeFailure::Reason::kLeftOperational:
-      return text + "left operational: " + std::string(canopen::name(nmt_));
+      return "left operational: " + std::string(canopen::name(static_cast<NmtState>(failure.value)));
     default:
-      return text + "no failure";
+      return "no failure";
   }
 }
 
@@ -173,7 +183,7 @@ void Node::onHeartbeat(NmtState state, std::int64_t now) noexcept {
   } else if (phase_ == NodePhase::kStarting && state == NmtState::kOperational && !nmt_pending_) {
     enter(NodePhase::kOperational, now);
   } else if (phase_ == NodePhase::kOperational && state != NmtState::kOperational) {
-    fail(NodeFailure::Reason::kLeftOperational);
+    fail(NodeFailure::Reason::kLeftOperational, static_cast<std::uint64_t>(state));
   }
 }
 
@@ -212,8 +222,7 @@ void Node::configure(std::int64_t now) noexcept {
 
 void Node::beginTransfer(std::int64_t now) noexcept {
   const SetupStep& step = steps_[step_];
-  const bool writes = step.kind == SetupStep::Kind::kWrite || step.kind == SetupStep::Kind::kWriteVerify;
-  if (writes && !reading_back_) {
+  if (isWrite(step) && !reading_back_) {
     sdo_.download(step.object, step.value, step.size, now);
   } else {
     sdo_.upload(step.object, now);
@@ -229,10 +238,8 @@ void Node::nextStep() noexcept {
 
 void Node::onAbort(SdoAbort abort, std::int64_t now) noexcept {
   const SetupStep& step = steps_[step_];
-  const bool absent = abort == SdoAbort::kNoObject || abort == SdoAbort::kNoSubIndex;
-  const bool refused = abort == SdoAbort::kReadOnly || abort == SdoAbort::kValueRange ||
-                       abort == SdoAbort::kValueTooHigh || abort == SdoAbort::kValueTooLow;
-  const bool skipped = (absent && step.optional) || ((absent || refused) && step.protections != 0);
+  const bool absent = isAbsence(abort);
+  const bool skipped = (absent && step.optional) || ((absent || isRefusal(abort)) && step.protections != 0);
   if (!skipped) {
     fail(NodeFailure::Reason::kAborted, 0, abort);
   } else if (absent || reading_back_) {
@@ -271,16 +278,18 @@ void Node::endTransfer(std::int64_t now) noexcept {
 
 void Node::judge(std::int64_t now) noexcept {
   const SetupStep& step = steps_[step_];
-  const std::uint64_t value = sdo_.value();
-  const std::size_t size = sdo_.data().size();
+  bool size_fits = true;
+  const std::uint64_t value = sdo_.value(step.size, size_fits);
   values_[step_] = value;
   has_value_[step_] = true;
-  const bool size_fits = step.size == 0 || static_cast<std::size_t>(step.size) == size;
-  const bool fits = size_fits && ((value ^ step.value) & step.mask) == 0;
-  if (step.kind == SetupStep::Kind::kRead ? size_fits : fits) {
+  const bool equal = size_fits && (step.refused.empty() ? ((value ^ step.value) & step.mask) == 0
+                                                        : std::ranges::find(step.refused, value) == step.refused.end());
+  if (step.kind == SetupStep::Kind::kRead ? size_fits : equal) {
     nextStep();
   } else if (step.kind == SetupStep::Kind::kAwait && size_fits && now < step_deadline_) {
     beginTransfer(now);
+  } else if (step.kind == SetupStep::Kind::kAwait && step.optional) {
+    nextStep();
   } else if (refused_ != SdoAbort::kNone || (step.protections & lost_) != 0) {
     lose(refused_);
   } else {

@@ -60,7 +60,7 @@ struct NodeFailure {
   Reason reason = Reason::kNone;
   int step = -1;  ///< index in Node::steps()
   SdoAbort abort = SdoAbort::kNone;
-  std::uint64_t value = 0;  ///< value read
+  std::uint64_t value = 0;  ///< value read; kLeftOperational: the NmtState
 };
 
 /** A received PDO. */
@@ -99,12 +99,16 @@ class Node {
   const NodeFailure& failure() const noexcept { return failure_; }
   /// Text for a person: "node 3 (arm_a rotation 1): quick stop option 605A:00: 06090030: value out of range".
   std::string describeFailure() const;
+  /// "quick stop option 605A:00: sent 9: 06090030: value out of range". Reads only what is fixed after construction.
+  std::string describe(const NodeFailure& failure) const;
   /// All steps in order, including those for the PDOs.
   const std::vector<SetupStep>& steps() const noexcept { return steps_; }
   /// Number of completed steps.
   int stepsDone() const noexcept { return step_; }
   /// Protections (SetupStep) that this node did not offer in its last configuration.
   std::uint32_t lostProtections() const noexcept { return lost_; }
+  /// The caller has found that the node lacks these, too.
+  void addLost(std::uint32_t protections) noexcept { lost_ |= protections; }
   /// Result of the last kRead, kCheck or read-back of this object; nullptr: none.
   const std::uint64_t* readValue(ObjectAddress object) const noexcept;
 

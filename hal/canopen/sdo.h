@@ -59,6 +59,15 @@ enum class SdoAbort : std::uint32_t {
 };
 /// "06090031: value too high".
 std::string describe(SdoAbort code);
+/// The node does not have the object.
+constexpr bool isAbsence(SdoAbort code) noexcept {
+  return code == SdoAbort::kNoObject || code == SdoAbort::kNoSubIndex;
+}
+/// The node has the object, but does not take the value: read-only, or outside its range.
+constexpr bool isRefusal(SdoAbort code) noexcept {
+  return code == SdoAbort::kReadOnly || code == SdoAbort::kValueRange || code == SdoAbort::kValueTooHigh ||
+         code == SdoAbort::kValueTooLow;
+}
 
 namespace sdo {
 

@@ -19,6 +19,7 @@ void SdoClient::begin(ObjectAddress object, bool upload) noexcept {
     push(sdo::abort(requestId(), before, SdoAbort::kGeneral));
   object_ = object;
   upload_ = upload;
+  urgent_ = false;
   retried_ = 0;
   abort_ = SdoAbort::kNone;
   status_ = SdoStatus::kBusy;
@@ -28,11 +29,12 @@ void SdoClient::open(std::int64_t now) noexcept {
   toggle_ = false;
   phase_ = Phase::kInitiate;
   position_ = 0;
-  deadline_ = now + timeout_;
+  deadline_ = now + timeout_ + kTurn;  // until sent()
   if (upload_) {
     size_ = 0;
     expected_ = 0;
     announced_ = false;
+    all_count_ = true;
     push(sdo::uploadRequest(requestId(), object_));
   } else {
     push(sdo::initiate(requestId(), false, object_, {buffer_.data(), size_}));
@@ -92,6 +94,19 @@ void SdoClient::sent(std::int64_t now) noexcept {
 }
 
 std::uint64_t SdoClient::value() const noexcept { return fromBytes(data()); }
+
+std::uint64_t SdoClient::value(int size, bool& fits) const noexcept {
+  const std::uint64_t all = value();
+  const int sent = 8 * std::min(static_cast<int>(data().size()), 8);
+  const int bits = 8 * size;
+  fits = true;
+  if (bits == 0 || sent <= bits)
+    return all;
+  const std::uint64_t number = lowBits(all, bits);
+  const std::uint64_t extended = lowBits(static_cast<std::uint64_t>(signExtend(number, bits)), sent);
+  fits = !all_count_ || all == number || all == extended;
+  return fits ? number : all;
+}
 
 void SdoClient::push(const CanFrame& frame) noexcept {
   if (outgoing_count_ < outgoing_.size())
@@ -180,6 +195,7 @@ void SdoClient::onUploadAnswer(const CanFrame& frame) noexcept {
   } else if (answer.expedited) {
     std::ranges::copy(answer.data, buffer_.begin());
     size_ = answer.size;
+    all_count_ = answer.size_known;
     status_ = SdoStatus::kDone;
   } else if (answer.size_known && answer.size > kCapacity) {
     fail(SdoAbort::kMemory, true);

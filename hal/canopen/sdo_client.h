@@ -24,6 +24,8 @@ class SdoClient {
  public:
   /// Largest transfer, bytes.
   static constexpr std::size_t kCapacity = 1024;
+  /// Longest wait of a request until the bus accepts it, ns: on a busy bus the nodes take turns.
+  static constexpr std::int64_t kTurn = 2'000'000'000;
 
   /// @param node 1..127; @param timeout longest wait for an answer, ns; @param retries how often a transfer without
   /// answer restarts before it counts as timed out. A write may then happen twice.
@@ -36,6 +38,9 @@ class SdoClient {
   bool download(ObjectAddress object, std::uint64_t value, int size, std::int64_t now) noexcept;
   /// Starts a read. A running transfer is aborted with an abort frame.
   void upload(ObjectAddress object, std::int64_t now) noexcept;
+  /// The present transfer does not wait for those of other nodes (Network).
+  void setUrgent() noexcept { urgent_ = true; }
+  bool urgent() const noexcept { return urgent_; }
   /// Aborts a running transfer.
   void cancel(SdoAbort reason = SdoAbort::kGeneral) noexcept;
   /// Clears all state: the node was reset and has no transfer.
@@ -60,6 +65,11 @@ class SdoClient {
   std::span<const std::uint8_t> data() const noexcept { return {buffer_.data(), size_}; }
   /// ... as an unsigned number of up to 8 bytes.
   std::uint64_t value() const noexcept;
+  /** ... as an unsigned number of an object of `size` bytes (1 to 8; 0: as many as were sent). A server may send more
+   * bytes than the object has: four without saying how many of them count (command 0x42), or a number that is extended
+   * by zeros or by its sign (0x43 for an object of two bytes).
+   * @param[out] fits  false: the bytes beyond the object are part of a larger number; all of it is returned. */
+  std::uint64_t value(int size, bool& fits) const noexcept;
   std::uint64_t unexpectedResponses() const noexcept { return unexpected_responses_; }
 
  private:
@@ -85,8 +95,10 @@ class SdoClient {
   SdoStatus status_ = SdoStatus::kIdle;
   Phase phase_ = Phase::kInitiate;
   bool upload_ = false;
+  bool urgent_ = false;
   bool toggle_ = false;
   bool announced_ = false;  ///< the server reported the size
+  bool all_count_ = true;   ///< every byte received belongs to the object
   ObjectAddress object_;
   SdoAbort abort_ = SdoAbort::kNone;
   std::array<std::uint8_t, kCapacity> buffer_{};

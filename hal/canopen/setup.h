@@ -21,14 +21,15 @@ struct SetupStep {
   };
   Kind kind = Kind::kWriteVerify;
   ObjectAddress object;
-  int size = 0;  ///< bytes, 1..8; a read of another size is an error. Reads: 0 = any
+  int size = 0;  ///< bytes, 1..8; a number read that does not fit is an error. Reads: 0 = any
   std::uint64_t value = 0;
   std::uint64_t mask = ~std::uint64_t{0};
   std::string what;       ///< description: "quick stop option"
-  bool optional = false;  ///< skipped if the node does not have the object
+  bool optional = false;  ///< skipped if the node does not have the object; kAwait: also after its time-out
   /// Bits, defined by the caller, of what is lost without this step, which then is optional. It is also skipped if the
   /// object is read-only or refuses the value; nothing is lost if it has the value already.
   std::uint32_t protections = 0;
+  std::vector<std::uint64_t> refused{};  ///< of kCheck: if there are any, every other value passes
   std::int64_t timeout = 1'000'000'000;  ///< of kAwait, ns
 };
 

@@ -38,6 +38,7 @@ std::vector<FrameStream> streamsOf(const BusTraffic& traffic) {
        0.0},
       {"heartbeats of " + of(nodes, "nodes"), 1, 0.0, nodes / traffic.heartbeat_period},
       {"heartbeat of the HAL", 1, 0.0, 1.0 / traffic.master_heartbeat_period},
+      {"SDO requests and answers", 8, 0.0, 2.0 / traffic.request_interval},
   };
   if (traffic.torques > 0)
     streams.push_back({"feedback with torque of " + of(traffic.torques, "drives"), traffic.feedback_bytes + 2,

@@ -52,8 +52,10 @@ struct BusTraffic {
   int encoder_bytes = 6;                  ///< TPDO of an encoder: position and alarms
   double heartbeat_period = 0.05;         ///< of each node, s
   double master_heartbeat_period = 0.02;  ///< of the HAL, s
+  /// Shortest time between two SDO requests while an arm moves, s: temperatures, the set-up of another arm's nodes.
+  double request_interval = 0.04;
 };
-/// Streams of such a bus, without parameter access (SDO), which happens outside of operation.
+/// Streams of such a bus.
 std::vector<FrameStream> streamsOf(const BusTraffic& traffic);
 
 /// Reason why a plan does not fit, with remedies (a longer period, fewer axes, a higher rate); or its reserve if it

@@ -41,6 +41,8 @@ std::string_view name(DriveMode mode) {
       return "none";
     case DriveMode::kProfilePosition:
       return "profile position";
+    case DriveMode::kProfileVelocity:
+      return "profile velocity";
     case DriveMode::kHoming:
       return "homing";
     case DriveMode::kCyclicPosition:

@@ -24,12 +24,17 @@ DriveState driveState(std::uint16_t statusword) noexcept;
 enum class DriveMode : std::int8_t {
   kNone = 0,
   kProfilePosition = 1,
+  kProfileVelocity = 3,
   kHoming = 6,
   kCyclicPosition = 8,
   kCyclicVelocity = 9,
 };
 /// "cyclic synchronous position".
 std::string_view name(DriveMode mode);
+/// The drive's target is a velocity, 60FF.
+constexpr bool targetIsVelocity(DriveMode mode) noexcept {
+  return mode == DriveMode::kProfileVelocity || mode == DriveMode::kCyclicVelocity;
+}
 /// Object 0x6502 (supported modes) includes this mode.
 bool supports(std::uint32_t supported_modes, DriveMode mode) noexcept;
 

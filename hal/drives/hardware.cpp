@@ -7,6 +7,20 @@
 
 namespace tandem::hal {
 
+namespace {
+
+BusPlan planWith(const HardwareConfig& hardware, int bus, const BusTraffic& traffic) {
+  const BusConfig& config = hardware.buses.at(static_cast<std::size_t>(bus));
+  BusPlan plan;
+  plan.bit_rate = config.bit_rate;
+  plan.period = hardware.period;
+  plan.load_limit = config.load_limit;
+  plan.streams = streamsOf(traffic);
+  return plan;
+}
+
+}  // namespace
+
 BusTraffic HardwareConfig::trafficOf(int bus, double heartbeat_budget) const {
   BusTraffic traffic;
   for (const AxisConfig& axis : axes) {
@@ -19,17 +33,16 @@ BusTraffic HardwareConfig::trafficOf(int bus, double heartbeat_budget) const {
   }
   traffic.heartbeat_period = node_heartbeat;
   traffic.master_heartbeat_period = heartbeat_budget / kHeartbeatsPerBudget;
+  for (int cycles = 1; cycles <= kLongestRequestInterval; ++cycles) {
+    traffic.request_interval = cycles * period;
+    if (computeLoad(planWith(*this, bus, traffic)).fits)
+      break;
+  }
   return traffic;
 }
 
 BusPlan HardwareConfig::planOf(int bus, double heartbeat_budget) const {
-  const BusConfig& config = buses.at(static_cast<std::size_t>(bus));
-  BusPlan plan;
-  plan.bit_rate = config.bit_rate;
-  plan.period = period;
-  plan.load_limit = config.load_limit;
-  plan.streams = streamsOf(trafficOf(bus, heartbeat_budget));
-  return plan;
+  return planWith(*this, bus, trafficOf(bus, heartbeat_budget));
 }
 
 double AxisConfig::stopBudget() const noexcept {

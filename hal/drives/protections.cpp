@@ -2,30 +2,24 @@
 #include "hal/drives/protections.h"
 
 #include <array>
+#include <string_view>
 
 namespace tandem::hal {
 namespace {
 
-struct Text {
-  std::string_view name, objects;
-};
-constexpr std::array<Text, kProtectionCount> kTexts{{{"command_deadline", "1400:05"},
-                                                     {"heartbeat_watch", "1016:01"},
-                                                     {"connection_reaction", "6007"},
-                                                     {"quick_stop_ramp", "605A, 6085"},
-                                                     {"fault_reaction", "605E"},
-                                                     {"following_error", "6065, 6066"}}};
+/// Objects of each protection.
+constexpr std::array<std::string_view, kProtectionCount> kObjects{"1400:05", "1016:01",    "6007", "605A, 6085",
+                                                                  "605E",    "6065, 6066", "607D", "6080, 607F"};
 
 }  // namespace
 
-std::string_view name(Protection protection) { return kTexts[static_cast<std::size_t>(protection)].name; }
-
 std::string describeProtections(ProtectionMask protections) {
   std::string text;
-  for (std::size_t k = 0; k < kTexts.size(); ++k) {
-    if ((protections & bit(static_cast<Protection>(k))) != 0)
-      text += std::string(text.empty() ? "" : ", ") + std::string(kTexts[k].name) + " (" +
-              std::string(kTexts[k].objects) + ")";
+  for (std::size_t k = 0; k < kObjects.size(); ++k) {
+    const auto protection = static_cast<Protection>(k);
+    if ((protections & bit(protection)) != 0)
+      text +=
+          std::string(text.empty() ? "" : ", ") + std::string(name(protection)) + " (" + std::string(kObjects[k]) + ")";
   }
   return text.empty() ? "none" : text;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/drives/units.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -8,7 +9,25 @@
 
 namespace tandem::hal {
 
-AxisUnits::AxisUnits(const Gearing& gearing) {
+namespace {
+
+/// Units per count/s or count/s^2.
+double perCount(RateUnit unit, double counts_per_revolution) {
+  constexpr double kSecondsPerMinute = 60.0;
+  switch (unit) {
+    case RateUnit::kRevolutionsPerMinute:
+      return kSecondsPerMinute / counts_per_revolution;
+    case RateUnit::kRevolutionsPerSecond:
+      return 1.0 / counts_per_revolution;
+    case RateUnit::kCounts:
+      break;
+  }
+  return 1.0;
+}
+
+}  // namespace
+
+AxisUnits::AxisUnits(const Gearing& gearing, const DriveUnits& drive) {
   const auto positive = [](double value, const char* what) {
     if (!(std::isfinite(value) && value > 0.0))
       throw std::invalid_argument(std::string("units of an axis: ") + what + " has to be finite and above zero");
@@ -21,6 +40,15 @@ AxisUnits::AxisUnits(const Gearing& gearing) {
     throw std::invalid_argument("units of an axis: offset has to be finite");
   scale_ = positive(magnitude, "the travel per count") * (gearing.reversed ? -1.0 : 1.0);
   offset_ = gearing.offset;
+  velocity_ =
+      positive(drive.velocity_scale, "velocity_unit_scale") * perCount(drive.velocity, gearing.counts_per_revolution);
+  acceleration_ = positive(drive.acceleration_scale, "acceleration_unit_scale") *
+                  perCount(drive.acceleration, gearing.counts_per_revolution);
+}
+
+std::int64_t AxisUnits::rounded(double number) noexcept {
+  constexpr double kMost = std::numeric_limits<std::uint32_t>::max();
+  return std::llround(std::clamp(number, -kMost, kMost));
 }
 
 Counts AxisUnits::toCounts(double joint) const noexcept {
@@ -36,9 +64,9 @@ Counts AxisUnits::toCounts(double joint) const noexcept {
   return {static_cast<std::int32_t>(counts), true};
 }
 
-std::uint32_t AxisUnits::toCountMagnitude(double amount) const noexcept {
+std::uint32_t AxisUnits::toCountMagnitude(double distance) const noexcept {
   constexpr double kHighest = std::numeric_limits<std::uint32_t>::max();
-  const double counts = std::nearbyint(std::abs(amount / scale_));
+  const double counts = std::nearbyint(std::abs(distance / scale_));
   return counts < kHighest ? static_cast<std::uint32_t>(counts) : std::numeric_limits<std::uint32_t>::max();
 }
 

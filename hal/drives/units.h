@@ -15,6 +15,21 @@ struct Gearing {
   double offset = 0.0;                 ///< joint position at zero counts, m or rad
 };
 
+/** Unit in which a drive takes velocities and accelerations, of its motor's shaft. */
+enum class RateUnit : std::uint8_t {
+  kCounts = 0,            ///< counts/s, counts/s^2
+  kRevolutionsPerMinute,  ///< rpm, rpm/s
+  kRevolutionsPerSecond,  ///< 1/s, 1/s^2
+};
+
+/** Units of the objects with velocities (60FF, 6081, 6099, ...) and accelerations (6083 to 6085, 609A, ...). */
+struct DriveUnits {
+  RateUnit velocity = RateUnit::kCounts;
+  RateUnit acceleration = RateUnit::kCounts;
+  double velocity_scale = 1.0;  ///< numbers in the object per one of the unit: 1000 if it counts in thousandths
+  double acceleration_scale = 1.0;
+};
+
 /** A position in counts that a 32-bit object can hold, or the nearest one. */
 struct Counts {
   std::int32_t value = 0;
@@ -27,7 +42,7 @@ class AxisUnits {
  public:
   AxisUnits() = default;
   /// @throw std::invalid_argument if a number is NaN or infinite, or not positive where it has to be.
-  explicit AxisUnits(const Gearing& gearing);
+  explicit AxisUnits(const Gearing& gearing, const DriveUnits& drive = {});
 
   double toJoint(std::int32_t counts) const noexcept {
     return offset_ + scale_ * (static_cast<double>(counts) - static_cast<double>(reference_));
@@ -37,8 +52,17 @@ class AxisUnits {
   double toJointSpeed(double counts_per_second) const noexcept { return scale_ * counts_per_second; }
   /// Signed speed in counts/s.
   double toCountSpeed(double speed) const noexcept { return speed / scale_; }
-  /// A distance, speed or acceleration without sign, in counts, rounded, at most 2^32 - 1.
-  std::uint32_t toCountMagnitude(double amount) const noexcept;
+  /// A distance without sign, in counts, rounded, at most 2^32 - 1.
+  std::uint32_t toCountMagnitude(double distance) const noexcept;
+  /// Number of the drive's object for a velocity or acceleration (m or rad per s, per s^2), with its sign, rounded, of
+  /// 32 bits at most.
+  std::int64_t toVelocityNumber(double velocity) const noexcept { return rounded(velocity / scale_ * velocity_); }
+  std::int64_t toAccelerationNumber(double acceleration) const noexcept {
+    return rounded(acceleration / scale_ * acceleration_);
+  }
+  /// Counts/s (counts/s^2) in one of these numbers.
+  double countsPerVelocityNumber() const noexcept { return 1.0 / velocity_; }
+  double countsPerAccelerationNumber() const noexcept { return 1.0 / acceleration_; }
 
   /// Assigns this joint position to these counts, for drives whose counter starts at an arbitrary value. False if the
   /// position is not finite.
@@ -51,7 +75,11 @@ class AxisUnits {
   bool reversed() const noexcept { return scale_ < 0.0; }
 
  private:
+  static std::int64_t rounded(double number) noexcept;
+
   double scale_ = 1.0;
+  double velocity_ = 1.0;  ///< numbers in the drive's object per count/s
+  double acceleration_ = 1.0;
   double offset_ = 0.0;
   std::int32_t reference_ = 0;
 };

@@ -70,8 +70,10 @@ void apply(const std::vector<std::string>& parts, const Setters& setters) {
 }
 
 DriveSpec driveOf(const hal::AxisConfig& axis) {
-  const hal::AxisUnits units(axis.gearing);
+  const hal::AxisUnits units(axis.gearing, axis.units);
   DriveSpec spec;
+  spec.velocity_unit = units.countsPerVelocityNumber();
+  spec.acceleration_unit = units.countsPerAccelerationNumber();
   spec.id = static_cast<std::uint8_t>(axis.node);
   spec.serial = axis.identity.serial != 0 ? axis.identity.serial : kSerialBase + spec.id;
   spec.motor.max_velocity = std::max(1.0, 2.0 * std::abs(units.toCountSpeed(axis.velocity)));

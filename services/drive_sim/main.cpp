@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <array>
 #include <iostream>
+#include <map>
 #include <optional>
 
 #include "hal/can/clock.h"
@@ -23,6 +24,8 @@ struct Options {
   std::string bus, control, send, hardware, hardware_bus, drive_eds, encoder_eds, level;
   std::vector<std::string> drives, encoders;
   std::uint32_t seed = 1;
+  sim::drives::Habits habits;
+  double answer_delay = 0.0;  // ms
 };
 
 void addOptions(CLI::App& app, Options& options) {
@@ -37,6 +40,19 @@ void addOptions(CLI::App& app, Options& options) {
       ->delimiter('\0');
   app.add_option("--drive-eds", options.drive_eds, "EDS file of the drives (default: built in)");
   app.add_option("--encoder-eds", options.encoder_eds, "EDS file of the encoders (default: built in)");
+  using sim::drives::AnswerForm;
+  app.add_option("--answers", options.habits.answers,
+                 "form of the drives' answers to SDO reads: sized; unsized: four bytes without their number (0x42); "
+                 "four-bytes: a number of one or two bytes in four (0x43)")
+      ->transform(CLI::CheckedTransformer(
+          std::map<std::string, AnswerForm>{
+              {"sized", AnswerForm::kSized}, {"unsized", AnswerForm::kUnsized}, {"four-bytes", AnswerForm::kFourBytes}},
+          CLI::ignore_case))
+      ->option_text("FORM");
+  app.add_option("--answer-delay-ms", options.answer_delay, "time that the drives take for an SDO answer")
+      ->check(CLI::Range(0.0, 60e3));
+  app.add_flag("--late-mode-display", options.habits.late_mode_display,
+               "the drives show a new mode of operation (6061) only in operation enabled");
   app.add_option("--control", options.control, "socket that receives commands while the simulation runs");
   app.add_option(
       "--send", options.send,
@@ -71,6 +87,9 @@ sim::drives::BusSpec specOf(Options& options) {
     spec.encoders.push_back(drive_sim::parseEncoder(encoder));
   if (spec.drives.empty() && spec.encoders.empty())
     drive_sim::addStandardNodes(spec);
+  options.habits.answer_delay = static_cast<std::int64_t>(1e6 * options.answer_delay);
+  for (sim::drives::DriveSpec& drive : spec.drives)
+    drive.habits = options.habits;
   return spec;
 }
 

@@ -19,6 +19,7 @@ void writeAxis(const hal::Axis& axis, std::size_t i, dds::HalStatus& status) noe
   status.axis_state[i] = static_cast<std::uint8_t>(axis.driveState());
   status.axis_error[i] = axis.errorCode();
   status.axis_guards[i] = axis.guards();
+  status.axis_lost[i] = static_cast<std::uint16_t>(axis.driveNode().lostProtections());
   status.axis_temperature[i] = static_cast<float>(axis.temperature());
   status.following_error[i] = axis.followingError();
   const bool both = axis.config().encoder && axis.referenced();

@@ -8,35 +8,15 @@ using Kind = hal::HardwareEvent::Kind;
 using Reason = hal::canopen::NodeFailure::Reason;
 
 std::string describeFailure(const hal::canopen::Node& node, const hal::canopen::NodeFailure& failure) {
-  switch (failure.reason) {
-    case Reason::kNone:
-      return "no failure";
-    case Reason::kNoBootUp:
-      return "no boot-up message after the reset";
-    case Reason::kNotStarted:
-      return "did not become operational";
-    case Reason::kHeartbeatLost:
-      return "heartbeat lost";
-    case Reason::kRebooted:
-      return "rebooted without a request";
-    case Reason::kLeftOperational:
-      return "left the operational state without a request";
-    case Reason::kAborted:
-    case Reason::kMismatch:
-      break;
-  }
-  std::string text = "setup", advice;
-  if (failure.step >= 0 && failure.step < static_cast<int>(node.steps().size())) {
-    const hal::canopen::SetupStep& step = node.steps()[static_cast<std::size_t>(failure.step)];
-    text = step.what + " " + hal::canopen::describe(step.object);
-    if ((step.protections & node.lostProtections()) != 0)
-      advice = "; without " + hal::describeProtections(node.lostProtections()) +
-               " the drive may go on when the HAL ends: change its setting, or `accept` this axis in the hardware file "
-               "(docs/hardware.md)";
-    if (failure.reason == Reason::kMismatch)
-      return text + ": found " + std::to_string(failure.value) + ", expected " + std::to_string(step.value);
-  }
-  return text + ": " + hal::canopen::describe(failure.abort) + advice;
+  std::string text = node.describe(failure);
+  if (failure.reason != Reason::kAborted || failure.step < 0)
+    return text;
+  const std::uint32_t lost = node.steps()[static_cast<std::size_t>(failure.step)].protections & node.lostProtections();
+  if (lost != 0)
+    text += "; without " + hal::describeProtections(lost) +
+            " the drive may go on when the HAL ends: change its setting, or `accept` this axis in the hardware file "
+            "(docs/hardware.md)";
+  return text;
 }
 
 std::string describeMaster(hal::canopen::MasterFrame frame) {
@@ -47,6 +27,16 @@ std::string describeMaster(hal::canopen::MasterFrame frame) {
 }
 
 }  // namespace
+
+std::string describeLost(const hal::HardwareConfig& hardware, const dds::HalStatus& status) {
+  std::string text;
+  for (const hal::AxisConfig& axis : hardware.axes) {
+    const std::uint16_t lost = status.axis_lost[dds::jointIndex(axis.arm, axis.joint)];
+    if (lost != 0)
+      text += (text.empty() ? "" : "; ") + axis.name + ": " + hal::describeProtections(lost);
+  }
+  return text.empty() ? "none" : text;
+}
 
 std::string nameOf(const hal::BusConfig& bus) { return "bus " + bus.name + " (" + bus.address + ")"; }
 

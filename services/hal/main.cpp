@@ -108,6 +108,7 @@ class Service {
     const double worst = status.bus_count > 0 ? *std::min_element(success, success + status.bus_count) : 1.0;
     return {{"bus_load", fmt::format("{:.3f}", status.bus_load)},
             {"bus_success", fmt::format("{:.2f}", worst)},
+            {"lost_protections", hal_service::describeLost(hardware_, status)},
             {"last_problem", last_problem_}};
   }
 

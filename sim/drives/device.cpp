@@ -64,6 +64,7 @@ void Device::boot(bool application) noexcept {
     error_register_.value = (errors & ~kBoth) == 0 ? 0 : errors & ~static_cast<std::uint8_t>(ErrorBit::kCommunication);
   }
   sdo_.reset();
+  answer_at_ = 0;
   pdos_.configure();
   loadProducers();
   nmt_ = NmtState::kBootUp;
@@ -76,6 +77,18 @@ void Device::send(const CanFrame& frame) noexcept {
     ++counters_.frames_out;
     out_.push_back(frame);
   }
+}
+
+void Device::setHabits(const Habits& habits) noexcept {
+  habits_ = habits;
+  sdo_.form = habits.answers;
+}
+
+void Device::reply(const CanFrame& answer) noexcept {
+  if (habits_.answer_delay == 0)
+    return send(answer);
+  held_answer_ = answer;
+  answer_at_ = now_ + habits_.answer_delay;
 }
 
 void Device::enter(NmtState state) noexcept {
@@ -104,7 +117,7 @@ void Device::receive(const CanFrame& frame, std::int64_t now) noexcept {
     refresh();
     CanFrame answer;
     if (sdo_.handle(frame, now, answer))
-      send(answer);
+      reply(answer);
   } else if (nmt_ == NmtState::kOperational) {
     onRpdo(frame);
   } else {
@@ -207,6 +220,10 @@ void Device::advance(std::int64_t now, double dt) noexcept {
   if (heartbeat_.value > 0 && now >= next_heartbeat_) {
     next_heartbeat_ = std::max(next_heartbeat_ + heartbeat_.value * 1'000'000, now);
     send(hal::canopen::heartbeatFrame(id_, nmt_));
+  }
+  if (answer_at_ != 0 && now >= answer_at_) {
+    send(held_answer_);
+    answer_at_ = 0;
   }
   CanFrame answer;
   if (sdo_.poll(now, answer))

@@ -41,6 +41,13 @@ struct DeviceCounters {
   std::uint64_t boots = 0;
 };
 
+/** Behaviour that CiA 301 and 402 permit, and that not every master expects. */
+struct Habits {
+  AnswerForm answers = AnswerForm::kSized;
+  std::int64_t answer_delay = 0;   ///< of each SDO answer, ns
+  bool late_mode_display = false;  ///< of a drive: 6061 follows 6060 only in operation enabled
+};
+
 /** Simulated device. Time is that of the caller, ns. Frames to send accumulate in out(). */
 class Device : private SdoAccess {
  public:
@@ -66,6 +73,8 @@ class Device : private SdoAccess {
   ObjectDictionary& dictionary() noexcept { return dictionary_; }
   const ObjectDictionary& dictionary() const noexcept { return dictionary_; }
   const DeviceCounters& counters() const noexcept { return counters_; }
+  void setHabits(const Habits& habits) noexcept;
+  const Habits& habits() const noexcept { return habits_; }
   /// Time since the last command PDO, s.
   double commandSilence() const noexcept { return pdos_.silence(now_); }
   std::uint16_t lastError() const noexcept { return last_error_; }
@@ -117,6 +126,7 @@ class Device : private SdoAccess {
   void loadProducers() noexcept;
   void notifyWritten() noexcept;
   void send(const CanFrame& frame) noexcept;
+  void reply(const CanFrame& answer) noexcept;
 
   std::uint8_t id_;
   ObjectDictionary dictionary_;
@@ -137,6 +147,9 @@ class Device : private SdoAccess {
   std::int64_t boot_at_ = 0;
   std::int64_t next_heartbeat_ = 0;
   std::uint16_t last_error_ = 0;
+  Habits habits_;
+  CanFrame held_answer_;        ///< of the SDO server
+  std::int64_t answer_at_ = 0;  ///< time to send it, 0: there is none
 };
 
 }  // namespace tandem::sim::drives

@@ -12,6 +12,28 @@ namespace error_code = hal::canopen::error_code;
 // Controlword.
 constexpr std::uint16_t kQuickStopBit = 0x04, kEnableVoltage = 0x02, kStartBit = 0x10, kFaultReset = 0x80;
 
+/** Counts/s or counts/s^2 in one unit of a drive. @param stated  object 60A9 or 60AA: power of ten, numerator and
+ * denominator in the numbers of CiA 303-2; revolutions per minute (B4 47) and per second (B4 03), and accelerations in
+ * rpm per second (C0 03) and revolutions per square second (B4 57). @param own  if it is absent or another unit;
+ * 0: counts. */
+double unitOf(const Entry* stated, double counts_per_revolution, double own) {
+  const auto code = stated == nullptr ? 0u : static_cast<std::uint32_t>(stated->value);
+  const double prefix = std::pow(10.0, static_cast<std::int8_t>(code >> 24));
+  switch (code >> 8 & 0xFFFF) {
+    case 0xB447:
+    case 0xC003:
+      return prefix * counts_per_revolution / 60.0;
+    case 0xB403:
+    case 0xB457:
+      return prefix * counts_per_revolution;
+    case 0xB503:
+    case 0xB557:
+      return prefix;
+    default:
+      return own == 0.0 ? 1.0 : own;
+  }
+}
+
 }  // namespace
 
 std::string_view name(DriveState state) {
@@ -36,18 +58,22 @@ Drive::Drive(const DriveSpec& spec, const Eds& eds)
       demand_value_(dictionary().require(0x6062)),
       velocity_actual_(dictionary().require(0x606C)),
       following_(dictionary().require(0x60F4)),
-      target_velocity_(dictionary().require(0x60FF)),
       torque_(dictionary().require(0x6077)),
       current_(dictionary().require(0x6078)),
       temperature_(dictionary().require(0x2001)),
       temperature_limit_(dictionary().require(0x2002)),
       inputs_(dictionary().require(0x60FD)) {
   for (const std::uint16_t index :
-       {0x6007, 0x605A, 0x605B, 0x605C, 0x605D, 0x605E, 0x6065, 0x6066, 0x6067, 0x6068, 0x607C,
-        0x607F, 0x6081, 0x6083, 0x6084, 0x6085, 0x6098, 0x609A, 0x60B0, 0x60B1, 0x60C5, 0x6502})
+       {0x6007, 0x605A, 0x605B, 0x605C, 0x605D, 0x605E, 0x6065, 0x6066, 0x6067, 0x6068, 0x607C, 0x607F,
+        0x6080, 0x6081, 0x6083, 0x6084, 0x6085, 0x6098, 0x609A, 0x60B0, 0x60B1, 0x60C5, 0x6502})
     dictionary().require(index);
   for (const std::uint16_t index : {0x607D, 0x6099, 0x60C2, 0x608F, 0x60FE})
     dictionary().require(index, 2);
+  setHabits(spec.habits);
+  const double counts = static_cast<double>(dictionary().require(0x608F, 1).value) /
+                        std::max<double>(1.0, static_cast<double>(dictionary().require(0x608F, 2).value));
+  spec_.velocity_unit = unitOf(dictionary().visible({0x60A9, 0}), counts, spec.velocity_unit);
+  spec_.acceleration_unit = unitOf(dictionary().visible({0x60AA, 0}), counts, spec.acceleration_unit);
   zero_ = spec.incremental ? -motor_.position() : 0.0;
   adoptPosition();
   mark();
@@ -101,8 +127,8 @@ void Drive::written(const Entry& entry) noexcept {
 SdoAbort Drive::accept(const Entry& entry, std::int64_t value) const noexcept {
   const std::uint16_t index = entry.info.address.index;
   if (index == 0x6060) {
-    const bool known = value == 0 || value == kProfilePosition || value == kHomingMode || value == kCyclicPosition ||
-                       value == kCyclicVelocity;
+    const auto supported = static_cast<std::uint64_t>(dictionary().find({0x6502, 0})->value);
+    const bool known = value == 0 || (value >= 1 && value <= 32 && (supported >> (value - 1) & 1) != 0);
     return known ? SdoAbort::kNone : SdoAbort::kValueRange;
   }
   if (index == 0x6098) {
@@ -191,7 +217,7 @@ void Drive::leaveEnabled(std::uint16_t word) noexcept {
     if (dictionary().require(shutdown ? 0x605B : 0x605C).value == 0) {
       enter(then);
     } else {
-      brakeTo(static_cast<double>(dictionary().require(0x6084).value), then, false);
+      brakeTo(accelerationOf(0x6084), then, false);
     }
   }
 }
@@ -217,8 +243,7 @@ void Drive::quickStop() noexcept {
   enter(DriveState::kQuickStop);
   const bool slow = option == 1 || option == 5;
   const bool full_current = option == 3 || option == 7 || option == 8;
-  const double deceleration = full_current ? spec_.motor.max_acceleration
-                                           : static_cast<double>(dictionary().require(slow ? 0x6084 : 0x6085).value);
+  const double deceleration = full_current ? spec_.motor.max_acceleration : accelerationOf(slow ? 0x6084 : 0x6085);
   brakeTo(deceleration, DriveState::kSwitchOnDisabled, option >= 5);
 }
 
@@ -256,7 +281,7 @@ void Drive::fail(std::uint16_t code, ErrorBit bit) noexcept {
     return;
   }
   enter(DriveState::kFaultReaction);
-  brakeTo(static_cast<double>(dictionary().require(option == 1 ? 0x6084 : 0x6085).value), DriveState::kFault, false);
+  brakeTo(accelerationOf(option == 1 ? 0x6084 : 0x6085), DriveState::kFault, false);
 }
 
 bool Drive::causePersists() const noexcept {
@@ -284,7 +309,7 @@ void Drive::step(double dt) noexcept {
   if (emergency_stop && state_ != DriveState::kNotReady && state_ != DriveState::kSwitchOnDisabled &&
       state_ != DriveState::kFault)
     enter(state_ == DriveState::kFaultReaction ? DriveState::kFault : DriveState::kSwitchOnDisabled);
-  if (mode_display_.value != mode_.value) {
+  if (mode_display_.value != mode_.value && (!habits().late_mode_display || state_ == DriveState::kEnabled)) {
     mode_display_.value = mode_.value;
     profile_target_ = demand_;
     demand_velocity_ = moves() ? demand_velocity_ : 0.0;

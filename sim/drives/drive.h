@@ -26,7 +26,8 @@ enum class DriveState : std::uint8_t {
 std::string_view name(DriveState state);
 
 /// Modes of operation, object 6060 of CiA 402.
-inline constexpr int kProfilePosition = 1, kHomingMode = 6, kCyclicPosition = 8, kCyclicVelocity = 9;
+inline constexpr int kProfilePosition = 1, kProfileVelocity = 3, kHomingMode = 6, kCyclicPosition = 8,
+                     kCyclicVelocity = 9;
 
 /** Holding brake at an output of the drive, object 60FE. */
 struct BrakeSpec {
@@ -41,6 +42,10 @@ struct DriveSpec {
   std::uint32_t serial = 1;
   double start = 0.0;        ///< position at the start of the simulation
   bool incremental = false;  ///< the encoder counts from 0 at power on; else it keeps the position
+  /// Counts/s and counts/s^2 in one unit of the objects with velocities and accelerations, if the data sheet does not
+  /// state it (60A9, 60AA); 0: 1.
+  double velocity_unit = 0.0, acceleration_unit = 0.0;
+  Habits habits;
   std::optional<BrakeSpec> brake;
   MotorParameters motor;
 };
@@ -133,14 +138,17 @@ class Drive final : public Device {
   std::uint16_t statusword() const noexcept;
   std::uint16_t modeBits() const noexcept;
   std::int64_t valueOf(std::uint16_t index) const noexcept;
+  double velocityOf(std::uint16_t index, std::uint8_t sub = 0) noexcept;      ///< counts/s
+  double accelerationOf(std::uint16_t index, std::uint8_t sub = 0) noexcept;  ///< counts/s^2
 
   // Motion (drive_motion.cpp). All in the drive's coordinates.
+  double fastest() noexcept;  ///< speed that a profile may have, counts/s
   void generate(double dt) noexcept;
   void slowDown(double deceleration, double dt) noexcept;
   void endBrake() noexcept;
   void cyclicPosition(double dt) noexcept;
-  void cyclicVelocity(double dt) noexcept;
   void profilePosition(double dt) noexcept;
+  void followVelocity(double acceleration, double deceleration, double dt) noexcept;
   void takeSetPoint() noexcept;
   void homing(double dt) noexcept;
   void homed() noexcept;
@@ -154,7 +162,7 @@ class Drive final : public Device {
   Motor motor_;
   std::mt19937 random_;
   Entry &controlword_, &statusword_, &error_code_, &mode_, &mode_display_;
-  Entry &target_, &actual_, &demand_value_, &velocity_actual_, &following_, &target_velocity_;
+  Entry &target_, &actual_, &demand_value_, &velocity_actual_, &following_;
   Entry &torque_, &current_, &temperature_, &temperature_limit_, &inputs_;
   DriveState state_ = DriveState::kNotReady;
   DriveRecord record_;

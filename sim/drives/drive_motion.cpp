@@ -13,6 +13,21 @@ double number(const Entry& entry) noexcept { return static_cast<double>(entry.va
 
 }  // namespace
 
+double Drive::velocityOf(std::uint16_t index, std::uint8_t sub) noexcept {
+  return spec_.velocity_unit * number(dictionary().require(index, sub));
+}
+
+/// The smaller of 607F and 6080, which is in rpm.
+double Drive::fastest() noexcept {
+  const double motor = number(dictionary().require(0x6080)) / 60.0 * number(dictionary().require(0x608F, 1)) /
+                       std::max(1.0, number(dictionary().require(0x608F, 2)));
+  return std::min(velocityOf(0x607F), motor);
+}
+
+double Drive::accelerationOf(std::uint16_t index, std::uint8_t sub) noexcept {
+  return spec_.acceleration_unit * number(dictionary().require(index, sub));
+}
+
 void Drive::adoptPosition() noexcept {
   demand_ = segment_start_ = segment_end_ = profile_target_ = position();
   demand_velocity_ = 0.0;
@@ -37,7 +52,7 @@ double Drive::limited(double target) noexcept {
 }
 
 void Drive::takeTarget() noexcept {
-  if (state_ != DriveState::kEnabled || mode() != 8)
+  if (state_ != DriveState::kEnabled || mode() != kCyclicPosition)
     return;
   const double target = limited(number(target_) + number(dictionary().require(0x60B0)));
   record_.max_jump = std::max(record_.max_jump, std::abs(target - demand_));
@@ -60,22 +75,25 @@ void Drive::generate(double dt) noexcept {
   halted_ = (last_word_ & kHalt) != 0;
   if (halted_) {
     const bool slow = dictionary().require(0x605D).value == 1;
-    slowDown(number(dictionary().require(slow ? 0x6084 : 0x6085)), dt);
+    slowDown(accelerationOf(slow ? 0x6084 : 0x6085), dt);
     segment_start_ = segment_end_ = demand_;
     return;
   }
   switch (mode()) {
-    case 1:
+    case kProfilePosition:
       profilePosition(dt);
       break;
-    case 6:
+    case kHomingMode:
       homing(dt);
       break;
-    case 8:
+    case kCyclicPosition:
       cyclicPosition(dt);
       break;
-    case 9:
-      cyclicVelocity(dt);
+    case kProfileVelocity:
+      followVelocity(accelerationOf(0x6083), accelerationOf(0x6084), dt);
+      break;
+    case kCyclicVelocity:
+      followVelocity(accelerationOf(0x60C5), accelerationOf(0x60C5), dt);
       break;
     default:
       demand_velocity_ = 0.0;
@@ -108,7 +126,7 @@ void Drive::cyclicPosition(double dt) noexcept {
   segment_time_ = std::min(segment_time_ + dt, period);
   const double before = demand_;
   demand_ = segment_time_ >= period ? segment_end_ : segment_start_ + distance * segment_time_ / period;
-  demand_velocity_ = (demand_ - before) / dt + number(dictionary().require(0x60B1));
+  demand_velocity_ = (demand_ - before) / dt + velocityOf(0x60B1);
 }
 
 void Drive::approach(double velocity, double acceleration, double dt) noexcept {
@@ -117,23 +135,24 @@ void Drive::approach(double velocity, double acceleration, double dt) noexcept {
   demand_velocity_ += change;
 }
 
-void Drive::cyclicVelocity(double dt) noexcept {
-  const double most = number(dictionary().require(0x607F));
-  double velocity = number(target_velocity_) + number(dictionary().require(0x60B1));
+/// Cyclic synchronous and profile velocity: the target velocity 60FF, reached by ramps.
+void Drive::followVelocity(double acceleration, double deceleration, double dt) noexcept {
+  const double most = fastest();
+  double velocity = velocityOf(0x60FF) + (mode() == kCyclicVelocity ? velocityOf(0x60B1) : 0.0);
   limited_ = std::abs(velocity) > most;
   velocity = std::clamp(velocity, -most, most);
-  const double acceleration = number(dictionary().require(0x60C5));
   // Limits the speed so that the joint can stop before a software limit.
   const double low = number(dictionary().require(0x607D, 1)), high = number(dictionary().require(0x607D, 2));
   if (low < high) {
     const double room = std::max(0.0, velocity > 0.0 ? high - demand_ : demand_ - low);
-    const double fastest = std::sqrt(2.0 * acceleration * room);
+    const double fastest = std::sqrt(2.0 * deceleration * room);
     if (std::abs(velocity) > fastest) {
       limited_ = true;
       velocity = std::copysign(fastest, velocity);
     }
   }
-  approach(velocity, acceleration, dt);
+  const bool slower = std::abs(velocity) < std::abs(demand_velocity_) || velocity * demand_velocity_ < 0.0;
+  approach(velocity, slower ? deceleration : acceleration, dt);
 }
 
 void Drive::takeSetPoint() noexcept {
@@ -159,13 +178,13 @@ void Drive::profilePosition(double dt) noexcept {
     reached_time_ = 0.0;
   }
   const double distance = profile_target_ - demand_;
-  const double deceleration = number(dictionary().require(0x6084));
-  const double most = std::min(number(dictionary().require(0x6081)), number(dictionary().require(0x607F)));
+  const double deceleration = accelerationOf(0x6084);
+  const double most = std::min(velocityOf(0x6081), fastest());
   // Largest speed from which the remaining distance suffices to stop, one step ahead.
   const double rest = std::max(0.0, std::abs(distance) - 0.5 * std::abs(demand_velocity_) * dt);
   const double velocity = std::copysign(std::min(most, std::sqrt(2.0 * deceleration * rest)), distance);
   const bool slower = std::abs(velocity) < std::abs(demand_velocity_) || velocity * demand_velocity_ < 0.0;
-  approach(velocity, slower ? 1.2 * deceleration : number(dictionary().require(0x6083)), dt);
+  approach(velocity, slower ? 1.2 * deceleration : accelerationOf(0x6083), dt);
   const double left = profile_target_ - demand_;
   if (std::abs(left) <= 0.5 || (left * distance < 0.0 && std::abs(left) < 10.0 * deceleration * dt * dt)) {
     demand_ = profile_target_;
@@ -177,8 +196,8 @@ void Drive::profilePosition(double dt) noexcept {
 }
 
 void Drive::homing(double dt) noexcept {
-  const double acceleration = number(dictionary().require(0x609A));
-  const double fast = number(dictionary().require(0x6099, 1)), slow = number(dictionary().require(0x6099, 2));
+  const double acceleration = accelerationOf(0x609A);
+  const double fast = velocityOf(0x6099, 1), slow = velocityOf(0x6099, 2);
   const std::int64_t method = dictionary().require(0x6098).value;
   if (homing_ == Homing::kIdle || homing_ == Homing::kDone || homing_ == Homing::kError) {
     slowDown(acceleration, dt);

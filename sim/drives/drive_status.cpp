@@ -28,7 +28,7 @@ std::int32_t SensorFaults::distort(double value, std::int32_t& held, std::mt1993
 void Drive::refresh() noexcept {
   actual_.value = sensor.distort(position(), held_reading_, random_);
   demand_value_.value = round32(demand_);
-  velocity_actual_.value = round32(motor_.velocity());
+  velocity_actual_.value = round32(motor_.velocity() / spec_.velocity_unit);
   following_.value = round32(demand_ - position());
   torque_.value = std::clamp<std::int64_t>(std::llround(motor_.torque()), -32768, 32767);
   current_.value = std::clamp<std::int64_t>(std::llround(motor_.current()), -32768, 32767);
@@ -64,6 +64,11 @@ std::uint16_t Drive::modeBits() const noexcept {
       const double window = 1e-3 * static_cast<double>(valueOf(0x6068));
       const bool reached = halted_ ? standing : reached_time_ >= window && !next_target_;
       return static_cast<std::uint16_t>((reached ? kReached : 0) | (acknowledged_ ? kBit12 : 0) | (error ? kBit13 : 0));
+    }
+    case kProfileVelocity: {
+      const bool reached =
+          std::abs(demand_velocity_ - spec_.velocity_unit * static_cast<double>(valueOf(0x60FF))) < 1.0;
+      return static_cast<std::uint16_t>((enabled && reached ? kReached : 0) | (standing ? kBit12 : 0));
     }
     case kHomingMode:
       if (homing_ == Homing::kDone)

@@ -112,8 +112,21 @@ CanFrame SdoServer::beginUpload(const CanFrame& request) noexcept {
     mode_ = Mode::kUpload;
     toggle_ = false;
     position_ = 0;
+    return sdo::initiate(id(), true, object_, {buffer_.data(), size_});
   }
-  return sdo::initiate(id(), true, object_, {buffer_.data(), size_});
+  return expedited();
+}
+
+CanFrame SdoServer::expedited() noexcept {
+  constexpr std::uint8_t kGarbage = 0xA5, kWithoutSize = 0x42;
+  const bool negative = (buffer_[size_ - 1] & 0x80) != 0;
+  const std::size_t sent = form == AnswerForm::kSized ? size_ : 4;
+  const std::uint8_t filler = form == AnswerForm::kUnsized ? kGarbage : negative ? 0xFF : 0x00;
+  std::fill(buffer_.begin() + static_cast<std::ptrdiff_t>(size_), buffer_.begin() + 4, filler);
+  CanFrame answer = sdo::initiate(id(), true, object_, {buffer_.data(), sent});
+  if (form == AnswerForm::kUnsized)
+    answer.data[0] = kWithoutSize;
+  return answer;
 }
 
 CanFrame SdoServer::giveSegment(const CanFrame& request) noexcept {

@@ -23,8 +23,16 @@ class SdoAccess {
   virtual SdoAbort writeObject(ObjectAddress object, std::span<const std::uint8_t> bytes) = 0;
 };
 
+/** Forms of an expedited answer to a read that CiA 301 permits for a number of up to four bytes. */
+enum class AnswerForm : std::uint8_t {
+  kSized,      ///< its bytes, and how many there are (commands 0x43 to 0x4F)
+  kUnsized,    ///< four bytes, without saying how many of them count (0x42); the others are not zero
+  kFourBytes,  ///< always four bytes (0x43), the number extended by its sign
+};
+
 class SdoServer {
  public:
+  AnswerForm form = AnswerForm::kSized;
   static constexpr std::size_t kCapacity = 1024;                  ///< bytes of a transfer
   static constexpr std::int64_t kSegmentTimeout = 1'000'000'000;  ///< between two segments, ns
 
@@ -43,6 +51,7 @@ class SdoServer {
   CanFrame refuse(SdoAbort code) noexcept;
   CanFrame beginDownload(const CanFrame& request) noexcept;
   CanFrame beginUpload(const CanFrame& request) noexcept;
+  CanFrame expedited() noexcept;
   CanFrame takeSegment(const CanFrame& request) noexcept;
   CanFrame giveSegment(const CanFrame& request) noexcept;
 

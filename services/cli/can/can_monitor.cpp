@@ -12,6 +12,7 @@
 #include "safety/operating_state.h"
 #include "services/cli/can/can.h"
 #include "services/client/client.h"
+#include "services/client/lost_protections.h"
 #include "services/runtime/process.h"
 #include "services/runtime/stop_signal.h"
 
@@ -69,6 +70,7 @@ Json monitorJson(const config::Robot& robot, const client::Snapshot& s) {
     const auto i = static_cast<std::size_t>(g);
     json["guards"][std::string(hal::name(static_cast<hal::HardwareGuard>(g)))] = s.hal.hardware_count[i];
   }
+  json["lost_protections"] = client::lostProtections(robot, s.hal);
   json["period_s"] = s.hal.period;
   json["jitter_max_s"] = s.hal.jitter_max;
   json["overruns"] = s.hal.overruns;
@@ -115,7 +117,7 @@ std::string monitorText(const Json& json) {
     if (count.get<std::uint64_t>() > 0)
       text += " " + guard + " " + std::to_string(count.get<std::uint64_t>());
   }
-  return text + "\n";
+  return text + "\n" + client::describeLost(json["lost_protections"], "");
 }
 
 int monitor(const MonitorCommand& options) {

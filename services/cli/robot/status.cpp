@@ -25,6 +25,7 @@
 #include "services/cli/robot/status_print.h"
 #include "services/cli/robot/status_table.h"
 #include "services/cli/subcommand.h"
+#include "services/client/lost_protections.h"
 #include "services/client/motions.h"
 #include "services/client/run_summary.h"
 #include "services/runtime/diagnostics.h"
@@ -163,6 +164,7 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment,
     guards[std::string(safety::name(static_cast<safety::Guard>(g)))] = s.hal.guard_count[static_cast<std::size_t>(g)];
   }
   json["guards"] = guards;
+  json["lost_protections"] = client::lostProtections(robot, s.hal);
   json["dropped"] = droppedJson(s);
   json["diagnostics"] = diagnosticsJson(s);
   json["domain"] = deployment.domain;

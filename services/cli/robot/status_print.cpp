@@ -7,6 +7,7 @@
 #include <string>
 
 #include "services/cli/robot/processes.h"
+#include "services/client/lost_protections.h"
 #include "services/client/run_summary.h"
 
 namespace tandem::cli {
@@ -116,6 +117,7 @@ void printStatus(const nlohmann::ordered_json& json) {
   if (!intervened)
     std::printf(" none");
   std::printf("\n");
+  std::fputs(client::describeLost(json["lost_protections"], "  ").c_str(), stdout);
   for (const auto& [service, topics] : json["dropped"].items()) {
     for (const auto& [topic, what] : topics.items())
       std::printf("  malformed samples dropped by %s: %s: %s\n", service.c_str(), topic.c_str(),

@@ -58,7 +58,9 @@ TEST(Network, TheWrongDeviceIsNamed) {
   const Node& node = rig.network.node(0);
   EXPECT_EQ(node.phase(), NodePhase::kFailed);
   EXPECT_EQ(node.failure().reason, NodeFailure::Reason::kMismatch);
-  EXPECT_EQ(node.describeFailure(), "node 17 (encoder 17): serial number 1018:04: found 0x3FA, expected 0x3F9");
+  EXPECT_EQ(node.describeFailure(),
+            "node 17 (encoder 17): serial number 1018:04: found 1018 (0x3FA), "
+            "expected 1017 (0x3F9)");
 }
 
 TEST(Network, RefusalsAreNamed) {
@@ -68,7 +70,7 @@ TEST(Network, RefusalsAreNamed) {
   rig.network.addNode(setup);
   EXPECT_FALSE(rig.bringUp());
   EXPECT_EQ(rig.network.node(0).describeFailure(),
-            "node 1 (axis 1): quick stop option 605A:00: 06090031: value too high");
+            "node 1 (axis 1): quick stop option 605A:00: sent 9 (0x9): 06090031: value too high");
 }
 
 TEST(Network, AnAbsentNodeFailsWithoutHoldingUpTheOthers) {

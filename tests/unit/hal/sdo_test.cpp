@@ -4,6 +4,7 @@
 
 #include <map>
 
+#include "hal/canopen/bytes.h"
 #include "hal/canopen/cob.h"
 #include "hal/canopen/sdo_client.h"
 #include "sim/drives/sdo_server.h"
@@ -108,6 +109,38 @@ TEST(Sdo, WhatIsWrittenIsRead) {
     ASSERT_TRUE(std::ranges::equal(link.client.data(), bytes));
     ASSERT_EQ(link.client.unexpectedResponses(), 0u);
   }
+}
+
+/// CiA 301 permits an answer of four bytes for a smaller number, with and without its size.
+TEST(Sdo, ANumberIsReadInEachFormOfTheAnswer) {
+  using sim::drives::AnswerForm;
+  for (std::uint32_t seed = test::baseSeed(); seed < test::baseSeed() + 500; ++seed) {
+    SCOPED_TRACE(test::trace(seed));
+    test::Random random(seed);
+    for (const AnswerForm form : {AnswerForm::kSized, AnswerForm::kUnsized, AnswerForm::kFourBytes}) {
+      Link link;
+      link.server.form = form;
+      const int size = random.integer(1, 4);
+      const auto bytes = randomBytes(random, size);
+      link.store.objects[{0x605A, 0}] = bytes;
+      link.client.upload({0x605A, 0}, link.now);
+      ASSERT_TRUE(link.run());
+      ASSERT_EQ(link.client.status(), SdoStatus::kDone);
+      bool fits = false;
+      ASSERT_EQ(link.client.value(size, fits), fromBytes(bytes)) << static_cast<int>(form);
+      ASSERT_TRUE(fits);
+    }
+  }
+}
+
+TEST(Sdo, ALargerNumberDoesNotFit) {
+  Link link;
+  link.store.objects[{0x605A, 0}] = {2, 0, 1, 0};
+  link.client.upload({0x605A, 0}, link.now);
+  ASSERT_TRUE(link.run());
+  bool fits = true;
+  EXPECT_EQ(link.client.value(2, fits), 0x10002u) << "the whole number, for the message";
+  EXPECT_FALSE(fits);
 }
 
 TEST(Sdo, WithLossesATransferIsRightOrFails) {

@@ -38,11 +38,12 @@ inline HardwareConfig presetHardware() {
   return config;
 }
 
-/// Drives in cyclic velocity mode.
-inline HardwareConfig velocityHardware() {
+inline HardwareConfig presetHardware(DriveMode mode) {
   HardwareConfig config = presetHardware();
   for (AxisConfig& axis : config.axes) {
-    axis.mode = DriveMode::kCyclicVelocity;
+    axis.mode = mode;
+    if (!targetIsVelocity(mode))
+      continue;
     axis.velocity_gain = 20.0;
     axis.following_error = axis.translation ? 1e-3 : 0.1;
   }
@@ -75,17 +76,24 @@ inline ArmVector speeds(double translation, double rotation) {
   return v;
 }
 
+/** What the drives of a robot are, beside its hardware file. */
+struct DriveKind {
+  DriveKind(sim::drives::Eds sheet = sim::drives::driveEds(), const sim::drives::Habits& how = {})
+      : eds(std::move(sheet)), habits(how) {}
+  sim::drives::Eds eds;
+  sim::drives::Habits habits;
+};
+
 /** One bus with its drives, and the HAL's port on it. */
 struct Wire {
-  Wire(const HardwareConfig& hardware,
-       int index,
-       std::int64_t now,
-       const sim::drives::Eds& drive_eds = sim::drives::driveEds())
+  Wire(const HardwareConfig& hardware, int index, std::int64_t now, const DriveKind& kind = {})
       : master(bus.join("hal")), slaves(bus.join("drives")) {
     bus.now = now;
     sim::drives::BusSpec spec;
-    spec.drive_eds = drive_eds;
+    spec.drive_eds = kind.eds;
     drive_sim::addNodes(hardware, hardware.buses[static_cast<std::size_t>(index)].name, spec);
+    for (sim::drives::DriveSpec& drive : spec.drives)
+      drive.habits = kind.habits;
     drives = std::make_unique<sim::drives::DriveBus>(slaves, spec, now);
   }
   can::VirtualBus bus;
@@ -101,11 +109,11 @@ class System {
 
   explicit System(const HardwareConfig& hardware = presetHardware(),
                   double emergency_reports = 0.0,
-                  const sim::drives::Eds& drive_eds = sim::drives::driveEds())
+                  const DriveKind& kind = {})
       : config(hardware) {
     std::vector<can::Bus*> buses;
     for (int b = 0; b < static_cast<int>(config.buses.size()); ++b) {
-      wires.push_back(std::make_unique<Wire>(config, b, now, drive_eds));
+      wires.push_back(std::make_unique<Wire>(config, b, now, kind));
       buses.push_back(&wires.back()->master);
     }
     RobotOptions options;

@@ -65,7 +65,7 @@ struct StopCase {
   FaultKind kind;
   int node;
   double value;
-  bool velocity_mode;
+  DriveMode mode = DriveMode::kCyclicPosition;
   double noticed = 0.0;  ///< s, in addition to the periods of every fault
 };
 
@@ -73,7 +73,7 @@ class StopOfOneAxis : public testing::TestWithParam<StopCase> {};
 
 TEST_P(StopOfOneAxis, IsItsQuickStopAndTorqueGoesAfterwards) {
   const StopCase& stop = GetParam();
-  System system(stop.velocity_mode ? velocityHardware() : presetHardware());
+  System system(presetHardware(stop.mode));
   // As shipped by some vendors: a slow ramp for all stops other than the quick stop.
   for (auto& drive : system.wires[0]->drives->drives())
     drive->dictionary().require(0x6084).value = 20'000;
@@ -89,7 +89,7 @@ TEST_P(StopOfOneAxis, IsItsQuickStopAndTorqueGoesAfterwards) {
   system.run(0.1);
   // Three periods until the detection, the ramp, and the motor's lag; a velocity loop lags by its gain.
   const AxisConfig& axis = system.config.axes[kMoving];
-  const double lag = stop.velocity_mode ? 1.0 / axis.velocity_gain : 0.02;
+  const double lag = targetIsVelocity(stop.mode) ? 1.0 / axis.velocity_gain : 0.02;
   const double allowed =
       kFast * (stop.noticed + 4.0 * system.config.period + lag) + kFast * kFast / (2.0 * axis.quick_stop_deceleration);
   EXPECT_LE(std::abs(system.truth(0, kMoving) - before), allowed);
@@ -114,15 +114,17 @@ TEST(Stops, TheFailedAxisBeginsWhileTheOthersStillMove) {
   EXPECT_LE(std::abs(begin - noticed), 4e9 * system.config.period);
 }
 
-INSTANTIATE_TEST_SUITE_P(Vocabulary,
-                         StopOfOneAxis,
-                         testing::Values(StopCase{"ItsEncoderIsWrong", FaultKind::kWrong, 16 + kNode, 50000, false},
-                                         StopCase{"ItsEncoderAlarms", FaultKind::kEncoderAlarm, 16 + kNode, 0, false},
-                                         StopCase{"ItsFeedbackIsLate", FaultKind::kDelayed, kNode, 300, false, 0.032},
-                                         StopCase{"AnotherDriveFails", FaultKind::kOverCurrent, 3, 0, false},
-                                         StopCase{"AnotherEncoderAlarms", FaultKind::kEncoderAlarm, 19, 0, false},
-                                         StopCase{"Velocity", FaultKind::kEncoderAlarm, 16 + kNode, 0, true}),
-                         [](const auto& instance) { return instance.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Vocabulary,
+    StopOfOneAxis,
+    testing::Values(StopCase{"ItsEncoderIsWrong", FaultKind::kWrong, 16 + kNode, 50000},
+                    StopCase{"ItsEncoderAlarms", FaultKind::kEncoderAlarm, 16 + kNode, 0},
+                    StopCase{"ItsFeedbackIsLate", FaultKind::kDelayed, kNode, 300, DriveMode::kCyclicPosition, 0.032},
+                    StopCase{"AnotherDriveFails", FaultKind::kOverCurrent, 3, 0},
+                    StopCase{"AnotherEncoderAlarms", FaultKind::kEncoderAlarm, 19, 0},
+                    StopCase{"Velocity", FaultKind::kEncoderAlarm, 16 + kNode, 0, DriveMode::kCyclicVelocity},
+                    StopCase{"ProfileVelocity", FaultKind::kEncoderAlarm, 16 + kNode, 0, DriveMode::kProfileVelocity}),
+    [](const auto& instance) { return instance.param.name; });
 
 TEST(Stops, DisablingAMovingArmTakesTorqueFromAStandingOne) {
   System system;

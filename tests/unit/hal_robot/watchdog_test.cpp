@@ -11,7 +11,7 @@ enum class Received { kNothing, kHeartbeats, kCommands };
 struct End {
   const char* name;
   Received received;
-  bool velocity_mode;
+  DriveMode mode;
   double budget;  ///< until the drive begins its stop, s
 };
 
@@ -22,7 +22,7 @@ class EndOfTheHal : public testing::TestWithParam<End> {};
 /// By the setup that the HAL writes: an RPDO deadline of half the heartbeat budget, and a watch on its heartbeat.
 TEST_P(EndOfTheHal, DrivesThatMoveStopWithinTheirBudget) {
   const End& end = GetParam();
-  System system(end.velocity_mode ? velocityHardware() : presetHardware());
+  System system(presetHardware(end.mode));
   ASSERT_TRUE(system.boot()) << system.story();
   ASSERT_TRUE(system.enable()) << system.story();
   system.move(0, speeds(4e-3, 0.3));
@@ -53,15 +53,19 @@ TEST_P(EndOfTheHal, DrivesThatMoveStopWithinTheirBudget) {
   EXPECT_LE((system.truth(0) - stopped).cwiseAbs().maxCoeff(), 1e-6);
 }
 
-INSTANTIATE_TEST_SUITE_P(Losses,
-                         EndOfTheHal,
-                         testing::Values(End{"OfAllInPositionMode", Received::kNothing, false, 0.05},
-                                         End{"OfAllInVelocityMode", Received::kNothing, true, 0.05},
-                                         End{"OfCommandsInPositionMode", Received::kHeartbeats, false, 0.05},
-                                         End{"OfCommandsInVelocityMode", Received::kHeartbeats, true, 0.05},
-                                         End{"OfHeartbeatsInPositionMode", Received::kCommands, false, 0.1},
-                                         End{"OfHeartbeatsInVelocityMode", Received::kCommands, true, 0.1}),
-                         [](const auto& instance) { return instance.param.name; });
+INSTANTIATE_TEST_SUITE_P(
+    Losses,
+    EndOfTheHal,
+    testing::Values(End{"OfAllInPositionMode", Received::kNothing, DriveMode::kCyclicPosition, 0.05},
+                    End{"OfAllInVelocityMode", Received::kNothing, DriveMode::kCyclicVelocity, 0.05},
+                    End{"OfAllInProfileVelocityMode", Received::kNothing, DriveMode::kProfileVelocity, 0.05},
+                    End{"OfCommandsInPositionMode", Received::kHeartbeats, DriveMode::kCyclicPosition, 0.05},
+                    End{"OfCommandsInVelocityMode", Received::kHeartbeats, DriveMode::kCyclicVelocity, 0.05},
+                    End{"OfCommandsInProfileVelocityMode", Received::kHeartbeats, DriveMode::kProfileVelocity, 0.05},
+                    End{"OfHeartbeatsInPositionMode", Received::kCommands, DriveMode::kCyclicPosition, 0.1},
+                    End{"OfHeartbeatsInVelocityMode", Received::kCommands, DriveMode::kCyclicVelocity, 0.1},
+                    End{"OfHeartbeatsInProfileVelocityMode", Received::kCommands, DriveMode::kProfileVelocity, 0.1}),
+    [](const auto& instance) { return instance.param.name; });
 
 /// Frames of a node other than its heartbeats go on.
 TEST(HardwareWatchdogs, ANodeWithoutHeartbeatsIsNoticedWithinItsBudget) {

@@ -1,0 +1,202 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Drives that differ in units, modes, answers and objects, within the standards: each boots, moves and stops. */
+#include "hal/canopen/cob.h"
+#include "tests/unit/hal_robot/robot_fixture.h"
+
+namespace tandem::hal::test {
+namespace {
+
+using sim::drives::AnswerForm;
+using sim::drives::Eds;
+using sim::drives::EdsObject;
+using sim::drives::Habits;
+
+/// The drives' data sheet with this object changed or added, read-only.
+Eds stating(std::initializer_list<std::pair<canopen::ObjectAddress, std::int64_t>> values) {
+  Eds eds = sim::drives::driveEds();
+  for (const auto& [address, value] : values) {
+    std::erase_if(eds.objects, [&](const EdsObject& object) { return object.address == address; });
+    EdsObject object;
+    object.address = address;
+    object.name = canopen::describe(address);
+    object.value = value;
+    eds.objects.push_back(object);
+  }
+  std::ranges::sort(eds.objects, {}, &EdsObject::address);
+  return eds;
+}
+
+Eds without(std::initializer_list<std::uint16_t> indices) {
+  Eds eds = sim::drives::driveEds();
+  for (const std::uint16_t index : indices)
+    EXPECT_GT(std::erase_if(eds.objects, [&](const auto& o) { return o.address.index == index; }), 0u);
+  return eds;
+}
+
+HardwareConfig inUnits(DriveMode mode, const DriveUnits& units) {
+  HardwareConfig config = presetHardware(mode);
+  for (AxisConfig& axis : config.axes)
+    axis.units = units;
+  return config;
+}
+
+/** A robot of such drives boots, moves by its commands, stands, and stops with the ramp of its drives. */
+void expectMovesAndStops(System& system) {
+  constexpr double kTranslation = 4e-3, kRotation = 0.3, kTime = 1.0;
+  ASSERT_TRUE(system.boot()) << system.story() << system.robot->arm(0).axis(0).driveNode().describeFailure();
+  ASSERT_TRUE(system.enable()) << system.story();
+  const ArmVector start = system.truth(0);
+  system.run(0.3);
+  EXPECT_LE((system.truth(0) - start).head(3).cwiseAbs().maxCoeff(), 5e-6) << "stands, m";
+  system.move(0, speeds(kTranslation, kRotation));
+  system.run(kTime);
+  system.hold();
+  system.run(0.5);
+  EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
+  const ArmVector moved = system.truth(0) - start;
+  for (int j = 0; j < 6; ++j)
+    EXPECT_NEAR(moved[j] / (j < 3 ? kTranslation : kRotation), kTime, 0.2) << j;
+  EXPECT_LE((system.truth(0) - system.robot->setpoint(0)).head(3).cwiseAbs().maxCoeff(), 20e-6) << "m";
+  system.move(0, speeds(kTranslation, kRotation));
+  system.run(0.5);
+  system.hal_alive = false;
+  const ArmVector before = system.truth(0);
+  system.run(0.1 + 0.3);
+  const AxisConfig& axis = system.config.axes[0];
+  const double allowed = kTranslation * (0.1 + 0.02 + 1.0 / axis.velocity_gain) +
+                         kTranslation * kTranslation / axis.quick_stop_deceleration;
+  EXPECT_LE((system.truth(0) - before).head(3).cwiseAbs().maxCoeff(), allowed);
+  const ArmVector stood = system.truth(0);
+  system.run(0.5);
+  EXPECT_LE((system.truth(0) - stood).cwiseAbs().maxCoeff(), 1e-6);
+}
+
+struct Dialect {
+  const char* name;
+  HardwareConfig config;
+  DriveKind kind;
+};
+std::ostream& operator<<(std::ostream& out, const Dialect& dialect) { return out << dialect.name; }
+
+/// rpm and rpm/s, and revolutions and 1/s^2, as the drives state them; numbers of CiA 303-2.
+constexpr std::int64_t kRpm = 0x00B44700, kRpmPerSecond = 0x00C00300, kMilliRpm = 0xFDB44700, kPerSecond2 = 0x00B45700;
+const DriveUnits kRpmUnits{RateUnit::kRevolutionsPerMinute, RateUnit::kRevolutionsPerMinute, 1.0, 1.0};
+const DriveUnits kMilliRpmUnits{RateUnit::kRevolutionsPerMinute, RateUnit::kRevolutionsPerSecond, 1000.0, 1.0};
+
+std::vector<Dialect> dialects() {
+  using enum DriveMode;
+  const Eds rpm = stating({{{0x60A9, 0}, kRpm}, {{0x60AA, 0}, kRpmPerSecond}});
+  const Eds milli_rpm = stating({{{0x60A9, 0}, kMilliRpm}, {{0x60AA, 0}, kPerSecond2}});
+  HardwareConfig silent = presetHardware();
+  for (AxisConfig& axis : silent.axes)
+    axis.reports_following = false;
+  HardwareConfig slow = presetHardware();
+  for (AxisConfig& axis : slow.axes)
+    axis.sdo_timeout = 0.5;
+  return {{"ProfileVelocity", presetHardware(kProfileVelocity), {}},
+          {"RpmInPositionMode", inUnits(kCyclicPosition, kRpmUnits), rpm},
+          {"RpmInVelocityMode", inUnits(kCyclicVelocity, kRpmUnits), rpm},
+          {"RpmInProfileVelocity", inUnits(kProfileVelocity, kRpmUnits), rpm},
+          {"MilliRpmInProfileVelocity", inUnits(kProfileVelocity, kMilliRpmUnits), milli_rpm},
+          {"UnitsThatAreNotStated", inUnits(kProfileVelocity, kMilliRpmUnits), {}},
+          {"AnswersWithoutSize", presetHardware(), {sim::drives::driveEds(), {AnswerForm::kUnsized}}},
+          {"AnswersOfFourBytes", presetHardware(), {sim::drives::driveEds(), {AnswerForm::kFourBytes}}},
+          {"AModeThatShowsInOperation", presetHardware(), {sim::drives::driveEds(), {AnswerForm::kSized, 0, true}}},
+          {"SlowAnswers", slow, {sim::drives::driveEds(), {AnswerForm::kSized, 30 * kMillisecond}}},
+          {"NoBitForFollowing", silent, {}},
+          {"NoSoftwareLimits", presetHardware(), without({0x607D})},
+          {"NoSpeedLimitAndNoModes", presetHardware(), without({0x6080, 0x6502})}};
+}
+
+class EachDialect : public testing::TestWithParam<Dialect> {};
+
+TEST_P(EachDialect, MovesAndStops) {
+  System system(GetParam().config, 0.0, GetParam().kind);
+  expectMovesAndStops(system);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of, EachDialect, testing::ValuesIn(dialects()), [](const auto& i) { return i.param.name; });
+
+/// A wrong unit is a wrong speed: the drive's own statement counts.
+TEST(Dialects, ADriveThatStatesAnotherUnitIsRefused) {
+  System system(presetHardware(), 0.0, stating({{{0x60A9, 0}, kRpm}}));
+  EXPECT_FALSE(system.boot());
+  EXPECT_EQ(system.robot->arm(0).axis(0).driveNode().describeFailure(),
+            "node 1 (arm_a translation 1): unit of velocities (velocity_unit of the hardware file) 60A9:00: found "
+            "11814656 (0xB44700), expected 11862784 (0xB50300)");
+  system.request(DriveRequest::kEnable);
+  system.run(1.0);
+  EXPECT_TRUE(system.robot->off());
+  System thousandths(inUnits(DriveMode::kCyclicVelocity, kMilliRpmUnits), 0.0, stating({{{0x60A9, 0}, kRpm}}));
+  EXPECT_FALSE(thousandths.boot());
+}
+
+TEST(Dialects, AUnitThatIsNotKnownSaysNothing) {
+  System system(presetHardware(), 0.0, stating({{{0x60A9, 0}, 0x00010000}, {{0x60AA, 0}, 0}}));
+  EXPECT_TRUE(system.boot()) << system.story();
+}
+
+TEST(Dialects, ADriveThatAnswersAfterTheTimeOutIsRefused) {
+  System system(presetHardware(), 0.0, {sim::drives::driveEds(), {AnswerForm::kSized, 150 * kMillisecond}});
+  EXPECT_FALSE(system.boot());
+  EXPECT_EQ(system.robot->arm(0).axis(0).driveNode().failure().abort, canopen::SdoAbort::kTimeout);
+}
+
+/// The mode that the drive shows in operation is another one: no motion.
+TEST(Dialects, AWrongModeGivesNoMotion) {
+  System system(presetHardware(), 0.0, {sim::drives::driveEds(), {AnswerForm::kSized, 0, true}});
+  ASSERT_TRUE(system.boot()) << system.story();
+  system.drive(0, 0).dictionary().require(0x6060).value = sim::drives::kCyclicVelocity;
+  const ArmVector before = system.truth(0);
+  system.move(0, speeds(4e-3, 0.3));
+  EXPECT_FALSE(system.enable());
+  EXPECT_NE(system.robot->state(0), OperatingState::kEnabled);
+  EXPECT_LE((system.truth(0) - before).cwiseAbs().maxCoeff(), 1e-6);
+  EXPECT_GT(system.guardCount(HardwareGuard::kSwitchOn), 0u);
+}
+
+/// Both arms on one bus; arm A moves while the nodes of arm B boot.
+TEST(Dialects, TheSetupOfOneArmLeavesTheBusToTheOther) {
+  HardwareConfig config = presetHardware();
+  for (AxisConfig& axis : config.axes) {
+    axis.node += axis.bus == 0 ? 0 : 6;
+    axis.encoder->node = 32 + axis.node;
+    axis.bus = 0;
+  }
+  config.buses.resize(1);
+  config.period = 8e-3;
+  config.emergency_stop.clear();
+  System system(config);
+  ASSERT_TRUE(system.boot() && system.enable()) << system.story();
+  can::VirtualBus::Port& listener = system.wires[0]->bus.join("listener");
+  ASSERT_TRUE(system.inject(0, FaultKind::kOverCurrent, 7, 0.0, 0.1));
+  ASSERT_TRUE(system.until(1.0, [&] { return system.robot->state(1) == OperatingState::kFault; }));
+  system.run(2.5);
+  system.move(0, speeds(1e-3, 0.05));
+  const auto interval = static_cast<int>(
+      std::lround(config.trafficOf(0, safety::Budgets{}.drive_heartbeat).request_interval / config.period));
+  EXPECT_LE(interval, kLongestRequestInterval);
+  system.command.request[1] = DriveRequest::kDisable;
+  int since = interval, requests = 0, shortest = interval;
+  system.after_period = [&] {
+    std::array<can::CanFrame, 256> frames;
+    int here = 0;
+    for (std::size_t k = 0, count = listener.receive(frames); k < count; ++k)
+      here += frames[k].id > canopen::cob::kSdoRequest && frames[k].id <= canopen::cob::kSdoRequest + 127 ? 1 : 0;
+    ++since;
+    requests += here;
+    EXPECT_LE(here, 1);
+    if (here > 0) {
+      shortest = std::min(shortest, since);
+      since = 0;
+    }
+  };
+  EXPECT_TRUE(system.until(120.0, [&] { return system.robot->state(1) == OperatingState::kDisabled; }))
+      << system.story();
+  EXPECT_GT(requests, 500);
+  EXPECT_GE(shortest, interval);
+  EXPECT_EQ(system.robot->state(0), OperatingState::kEnabled) << system.story();
+}
+
+}  // namespace
+}  // namespace tandem::hal::test
