@@ -25,6 +25,7 @@ Axis::Axis(const HardwareConfig& hardware,
            const safety::Budgets& budgets)
     : config_(config),
       period_(hardware.period),
+      heartbeat_budget_(budgets.drive_heartbeat),
       feedback_budget_(FeedbackBudget::of(hardware, budgets)),
       network_(network),
       drive_(network.addNode(driveSetup(hardware, config, budgets.drive_heartbeat))),

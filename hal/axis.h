@@ -91,6 +91,10 @@ class Axis {
   /// Drive temperature, degrees Celsius; NaN: not known.
   double temperature() const noexcept { return temperature_.value(); }
   const AxisConfig& config() const noexcept { return config_; }
+  /// AxisConfig::travelWithoutHal() of this drive.
+  double travelWithoutHal(ProtectionMask lost) const noexcept {
+    return config_.travelWithoutHal(lost, heartbeat_budget_);
+  }
   const AxisUnits& units() const noexcept { return units_; }
   canopen::Node& driveNode() noexcept { return network_.node(drive_); }
   const canopen::Node& driveNode() const noexcept { return network_.node(drive_); }
@@ -131,6 +135,7 @@ class Axis {
 
   AxisConfig config_;
   double period_;
+  double heartbeat_budget_;  ///< time-out of the nodes for the HAL's heartbeat, s
   FeedbackBudget feedback_budget_;
   canopen::Network& network_;
   int drive_;

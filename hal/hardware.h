@@ -121,6 +121,10 @@ struct AxisConfig {
 
   /// Time from maximum speed to standstill with the brake closed, with a margin, s.
   double stopBudget() const noexcept;
+  /** Longest travel of the axis after the end of the HAL, m or rad: at `velocity` until the drive notices it, then its
+   * quick stop. Infinite: the drive may continue. @param lost what the drive lacks. @param heartbeat_budget its
+   * time-out for the HAL's heartbeat, s. */
+  double travelWithoutHal(ProtectionMask lost, double heartbeat_budget) const noexcept;
 };
 
 /** Input with the state of the emergency stop, or of the STO of a drive. */
@@ -165,6 +169,9 @@ struct HardwareConfig {
  * from 10 mm/s and 2 rad/s to 0. With setpoints at 10 Hz, it acts only if a rotation reverses at more than half of its
  * speed. */
 inline constexpr double kSlewTime = 0.1;
+
+/// Deadline of the command PDO (1400:05), as share of the drives' time-out for the HAL's heartbeat.
+inline constexpr double kDeadlineShare = 0.5;
 
 /// Most periods per SDO request while an arm moves (BusTraffic::request_interval).
 inline constexpr int kLongestRequestInterval = 10;

@@ -247,8 +247,7 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
   switchOffOthers(setup.steps, PdoDirection::kReceive, 1, 1, axis.node);
   switchOffOthers(setup.steps, PdoDirection::kTransmit, 1, inputs ? 2 : 1, axis.node);
   PdoConfig command;
-  // The drive watches the cycle itself: half of its time-out for the heartbeat of the HAL.
-  command.event_timer = milliseconds(0.5 * heartbeat_budget);
+  command.event_timer = milliseconds(kDeadlineShare * heartbeat_budget);  // the drive watches the cycle itself
   command.protections = bit(Protection::kCommandDeadline);
   command.layout.add({{0x6040, 0}, 16});
   command.layout.add(targetIsVelocity(axis.mode) ? canopen::PdoEntry{{0x60FF, 0}, 32}

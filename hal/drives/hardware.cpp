@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <stdexcept>
 
 namespace tandem::hal {
@@ -48,6 +49,17 @@ BusPlan HardwareConfig::planOf(int bus, double heartbeat_budget) const {
 double AxisConfig::stopBudget() const noexcept {
   constexpr double kMargin = 0.1;  // s: for the motor's lag, and the transitions
   return 2.0 * velocity / quick_stop_deceleration + (brake ? brake->closing_time : 0.0) + kMargin;
+}
+
+double AxisConfig::travelWithoutHal(ProtectionMask lost, double heartbeat_budget) const noexcept {
+  constexpr double kLag = 0.02;  // s: of the drive's loops, and of its position when the HAL closes the loop
+  const auto lacks = [lost](Protection protection) { return (lost & bit(protection)) != 0; };
+  const bool deadline = !lacks(Protection::kCommandDeadline);
+  if ((!deadline && lacks(Protection::kHeartbeatWatch)) || lacks(Protection::kConnectionReaction) ||
+      lacks(Protection::kQuickStopRamp))
+    return std::numeric_limits<double>::infinity();
+  const double notices = deadline ? kDeadlineShare * heartbeat_budget : heartbeat_budget;
+  return velocity * (notices + kLag) + velocity * velocity / (2.0 * quick_stop_deceleration);
 }
 
 bool readsInputs(const HardwareConfig& hardware, const AxisConfig& axis) noexcept {

@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/hal/hal_events.h"
 
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+
 namespace tandem::hal_service {
 namespace {
 
@@ -17,6 +22,16 @@ std::string describeFailure(const hal::canopen::Node& node, const hal::canopen::
             " the drive may go on when the HAL ends: change its setting, or `accept` this axis in the hardware file "
             "(docs/hardware.md)";
   return text;
+}
+
+/// "; the drive lacks X: after the end of the HAL the joint travels up to 1.5 mm".
+std::string describeLoss(const hal::Axis& axis, hal::ProtectionMask lost) {
+  const double travel = axis.travelWithoutHal(lost);
+  const bool translation = axis.config().translation;
+  const double shown = travel * (translation ? 1e3 : 180.0 / std::numbers::pi);
+  return "; the drive lacks " + hal::describeProtections(lost) + ": after the end of the HAL the joint " +
+         (std::isfinite(travel) ? fmt::format("travels up to {:.2g} {}", shown, translation ? "mm" : "deg")
+                                : "may continue, because nothing is known to stop it");
 }
 
 std::string describeMaster(hal::canopen::MasterFrame frame) {
@@ -65,8 +80,7 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
     case Kind::kNode:
       return who + ": " + describeFailure(node, event.failure);
     case Kind::kReady:
-      return axis.config().name + ": ready" +
-             (event.lost == 0 ? "" : "; the drive lacks " + hal::describeProtections(event.lost));
+      return axis.config().name + ": ready" + (event.lost == 0 ? "" : describeLoss(axis, event.lost));
     case Kind::kBus:
     case Kind::kMaster:
     case Kind::kReleased:

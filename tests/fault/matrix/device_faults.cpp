@@ -35,8 +35,9 @@ constexpr const char* kWithTorqueLimit = "drive, torque_limit";
 constexpr TorqueLimit kTorqueLimit{0x6077, 0.8, 0.05};
 
 /// Rows with another motion than all joints at once, or with other drives.
-constexpr const char *kOneAxis = "one axis moves", *kVelocityMode = "velocity mode", *kBraked = "braked, falls without",
-                     *kHoming = "homing", *kWithdrawal = "withdrawal";
+constexpr const char *kOneAxis = "one axis moves", *kVelocityMode = "velocity mode",
+                     *kProfileVelocity = "profile velocity", *kBraked = "braked, falls without", *kHoming = "homing",
+                     *kWithdrawal = "withdrawal";
 
 constexpr Case kCases[] = {
     {"drive", kDrive, FaultKind::kOff, 0},
@@ -79,6 +80,9 @@ constexpr Case kCases[] = {
     {kVelocityMode, kDrive, FaultKind::kOff, 0},
     {kVelocityMode, kDrive, FaultKind::kOverTemperature, 0},
     {kVelocityMode, kEncoder, FaultKind::kEncoderAlarm, 0},
+    {kProfileVelocity, kDrive, FaultKind::kOff, 0},
+    {kProfileVelocity, kDrive, FaultKind::kOverTemperature, 0},
+    {kProfileVelocity, kEncoder, FaultKind::kEncoderAlarm, 0},
     {kBraked, kDrive, FaultKind::kOff, 0},
     {kBraked, kDrive, FaultKind::kOverTemperature, 0},
     {kBraked, kEncoder, FaultKind::kEncoderAlarm, 0},
@@ -162,8 +166,8 @@ std::string statesOf(System& system) {
 void changeAxis(std::string_view where, AxisConfig& axis) {
   if (where == kWithTorqueLimit)
     axis.torque = kTorqueLimit;
-  if (where == kVelocityMode) {
-    axis.mode = DriveMode::kCyclicVelocity;
+  if (where == kVelocityMode || where == kProfileVelocity) {
+    axis.mode = where == kVelocityMode ? DriveMode::kCyclicVelocity : DriveMode::kProfileVelocity;
     axis.velocity_gain = 20.0;
     axis.following_error = axis.translation ? 1e-3 : 0.1;
   }
@@ -253,6 +257,60 @@ Json measure(const std::function<bool(System&)>& hurt_it, int run, std::string_v
           {"drives", statesOf(system)}};
 }
 
+/// Objects of the drives' data sheet, and what is lost without them.
+struct Lack {
+  std::vector<canopen::ObjectAddress> objects;
+  ProtectionMask lost = 0;
+};
+
+const Lack kLacks[] = {
+    {{}, 0},
+    {{{0x1400, 5}}, bit(Protection::kCommandDeadline)},
+    {{{0x1016, 1}}, bit(Protection::kHeartbeatWatch)},
+    {{{0x1400, 5}, {0x1016, 1}}, bit(Protection::kCommandDeadline) | bit(Protection::kHeartbeatWatch)},
+    {{{0x6007, 0}}, bit(Protection::kConnectionReaction)},
+    {{{0x605A, 0}, {0x6085, 0}}, bit(Protection::kQuickStopRamp)},
+};
+
+/// The HAL ends while an arm moves whose drives lack this, accepted for each axis.
+Json measureEnd(DriveMode mode, const Lack& lack) {
+  constexpr double kTime = 3.0, kEnd = 0.5;  // s
+  HardwareConfig config = presetHardware(mode);
+  for (AxisConfig& axis : config.axes) {
+    for (int k = 0; k < kProtectionCount; ++k)
+      axis.accepted.push_back({static_cast<Protection>(k), "measured"});
+  }
+  sim::drives::Eds eds = sim::drives::driveEds();
+  std::erase_if(eds.objects, [&](const auto& o) { return std::ranges::count(lack.objects, o.address) > 0; });
+  System system(config, 0.0, eds);
+  begin(system, "drive", 0);
+  const Motors motors{system, 0};
+  const ArmVector before = motors.position();
+  system.hal_alive = false;
+  std::int64_t standing = -1;
+  const std::int64_t ended = system.now;
+  while (system.now < ended + static_cast<std::int64_t>(1e9 * kTime)) {
+    system.period();
+    if (motors.moving() > 0)
+      standing = -1;
+    else if (standing < 0)
+      standing = system.now - ended;
+  }
+  const ArmVector way = (motors.position() - before).cwiseAbs();
+  const Axis& axis = system.robot->arm(0).axis(1);
+  AxisConfig slow = axis.config();
+  slow.velocity = kTranslation;
+  const double travel = slow.travelWithoutHal(axis.driveNode().lostProtections(), safety::Budgets{}.drive_heartbeat);
+  Json row{{"mode", name(mode)},
+           {"lost", describeProtections(axis.driveNode().lostProtections())},
+           {"standing_ms",
+            standing < 0 || standing > static_cast<std::int64_t>(1e9 * (kTime - kEnd)) ? -1.0 : milliseconds(standing)},
+           {"travel_mm", 1e3 * way.head(3).maxCoeff()},
+           {"as_expected", axis.driveNode().lostProtections() == lack.lost}};
+  row["bound_mm"] = std::isfinite(travel) ? Json(1e3 * travel) : Json();
+  return row;
+}
+
 }  // namespace
 }  // namespace tandem::hal::test
 
@@ -280,6 +338,12 @@ int main() {
       for (int run = 0; run < kRuns; ++run)
         row["runs"].push_back(measure(send, run, row["where"].get<std::string>()));
       all["rows"].push_back(row);
+    }
+    all["ends"] = Json::array();
+    for (const auto mode : {tandem::hal::DriveMode::kCyclicPosition, tandem::hal::DriveMode::kCyclicVelocity,
+                            tandem::hal::DriveMode::kProfileVelocity}) {
+      for (const Lack& lack : kLacks)
+        all["ends"].push_back(measureEnd(mode, lack));
     }
     std::cout << all.dump(1) << '\n';
   } catch (const std::exception& error) {

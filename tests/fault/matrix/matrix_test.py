@@ -63,6 +63,14 @@ class Devices(system.SystemTest):
             with self.subTest(fault=key):
                 self.judge(DEVICES[key], runs, stopped)
 
+    def test_drives_stop_after_the_end_of_the_hal(self):
+        for row in self.report["ends"]:
+            with self.subTest(row=row):
+                self.assertTrue(row["as_expected"])
+                if row["bound_mm"] is not None:
+                    self.assertGreater(row["standing_ms"], 0)
+                    self.assertLessEqual(row["travel_mm"], row["bound_mm"])
+
     def judge(self, budget, runs, stopped):
         goes_on = not budget.everywhere
         self.assertEqual({run["other_state"] for run in runs}, {"ENABLED" if goes_on else "FAULT"}, "the other arm")
@@ -251,6 +259,12 @@ def device_line(row, report):
     return f"| {' | '.join(cells)} |"
 
 
+def end_line(row):
+    standing = "goes on for 3 s" if row["standing_ms"] < 0 else number(row["standing_ms"])
+    bound = "none" if row["bound_mm"] is None else number(row["bound_mm"], 2)
+    return f"| {row['mode']} | {row['lost']} | {standing} | {number(row['travel_mm'], 2)} | {bound} |"
+
+
 def process_line(row):
     cells = [row["signal"], f"`{row['victim']}`", number(row["stopping"]), number(row["budget"]),
              number(row["standing"]), number(row["powerless"]), number(row["travel"], 3),
@@ -266,6 +280,7 @@ def document():
     return text.format(period=report["period_ms"], speed=report["speed_mm_per_s"], turn=report["speed_deg_per_s"],
                        runs=report["runs"], rate=1 / CONTROL_PERIOD, heartbeat=DRIVE_HEARTBEAT_MS,
                        devices="\n".join(device_line(row, report) for row in measured["devices"]),
+                       ends="\n".join(end_line(row) for row in report["ends"]),
                        processes="\n".join(process_line(row) for row in processes))
 
 
