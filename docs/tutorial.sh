@@ -1,67 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # tutorial.sh FOLDER: the way from a robot of one's own to the figures of a paper. Runs each command in the new folder FOLDER and prints the
-# page docs/tutorial.md: the commands with what they print. tests/docs/tutorial_test.py compares the page with a new run.
+# page docs/tutorial.md: the commands with what they print. tests/docs/walk_test.py compares the page with a new run.
 # Needs the programs in PATH, and the parts `figures` and `python` of deploy/run.sh.
 # The texts in single quotes are Markdown, and commands for the shell of the page.
 # shellcheck disable=SC2016
 set -euo pipefail
-
-folder=${1:?tutorial.sh FOLDER: a new folder for the files of the tutorial}
-mkdir -- "$folder"
-cd -- "$folder"
-export TANDEM_DOMAIN=${TANDEM_DOMAIN:-0}
-background=
-
-# Ends the system that the tutorial started, also after an error.
-end() {
-  [[ -n $background ]] || return 0
-  kill -INT "$background" 2>/dev/null || true
-  wait "$background" 2>/dev/null || true
-  background=
-}
-trap end EXIT
-
-# Text of the page.
-say() { printf '\n%s\n' "$(cat)"; }
-
-# run [-x CODE] [-v] COMMAND: prints the command and its output. -x: its exit code; -v: the numbers vary from run to run.
-run() {
-  local code=0 expected=0 fence=console output
-  while [[ $1 == -? ]]; do
-    case $1 in
-      -x) expected=$2 && shift 2 ;;
-      -v) fence='console varies' && shift ;;
-      *) break ;;
-    esac
-  done
-  output=$(bash -c "set -o pipefail; $1" 2>&1 </dev/null) || code=$?
-  printf '\n```%s\n$ %s\n' "$fence" "$1"
-  [[ -z $output ]] || printf '%s\n' "$output"
-  printf '```\n'
-  ((code == expected)) || { printf 'tutorial.sh: %s: exit code %d, expected %d\n' "$1" "$code" "$expected" >&2 && exit 1; }
-}
-
-# picture NAME TEXT: the page shows NAME.png of the folder.
-picture() { printf '\n![%s](images/tutorial-%s.png)\n' "$2" "$1"; }
-
-# Starts the system of a deployment in the background and waits until it is ready.
-up() {
-  printf '\n```console\n$ tandem up %s &\n```\n' "$1"
-  : >up.log
-  tandem up "$1" >up.log 2>&1 &
-  background=$!
-  for ((k = 0; k < 1200; ++k)); do
-    ! grep -q '^ready after' up.log || return 0
-    kill -0 "$background" || break
-    sleep 0.1
-  done
-  cat up.log >&2
-  exit 1
-}
+# shellcheck source=docs/walk.sh
+source "$(dirname -- "${BASH_SOURCE[0]}")/walk.sh" tutorial "${1:-}"
 
 cat <<'END'
-<!-- Made by docs/tutorial.sh, which runs every command of this page; tests/docs/tutorial_test.py compares it with a new run. -->
+<!-- Made by docs/tutorial.sh, which runs every command of this page; tests/docs/walk_test.py compares it with a new run. -->
 # From your robot to your figure
 
 Half an hour, no hardware: a robot file with your tubes, a task, a run in real time, its recording and figures, a comparison of the methods, and

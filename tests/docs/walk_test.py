@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""docs/tutorial.sh walks from a robot file to figures, and docs/tutorial.md is what it prints. Blocks marked `varies` are from real-time
-runs: their numbers are not compared, nor which limits restricted the motion.
+"""Pages that are logs of their commands: docs/PAGE.md is what docs/PAGE.sh prints. Blocks marked `varies` are from real-time runs: their
+numbers are not compared, nor which limits restricted the motion.
 
-tutorial_test.py BIN PYTHON compares; tutorial_test.py BIN PYTHON --write writes the page and its pictures."""
+walk_test.py BIN PYTHON PAGE compares; with --write it writes the page and its pictures."""
 import difflib
 import os
 import pathlib
@@ -16,8 +16,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "integration" / "harness"))
 import system  # noqa: E402
 
-PAGE = ROOT / "docs" / "tutorial.md"
-PICTURE = re.compile(r"!\[.*\]\(images/tutorial-(\S+)\.png\)")
+NAME = sys.argv[3]
+PAGE = ROOT / "docs" / f"{NAME}.md"
+PICTURE = re.compile(rf"!\[.*\]\(images/{NAME}-(\S+)\.png\)")
 
 
 def walk(folder):
@@ -27,9 +28,9 @@ def walk(folder):
     python.chmod(0o755)
     environment = {**os.environ, "PATH": f"{folder}:{sys.argv[1]}:{os.environ['PATH']}", "PYTHONPATH": sys.argv[2],
                    "TANDEM_DOMAIN": str(system.free_domain()), "XDG_STATE_HOME": str(folder)}
-    done = subprocess.run([ROOT / "docs" / "tutorial.sh", folder / "walk"], env=environment, text=True, stdout=subprocess.PIPE, timeout=400)
+    done = subprocess.run([ROOT / "docs" / f"{NAME}.sh", folder / "walk"], env=environment, text=True, stdout=subprocess.PIPE, timeout=400)
     if done.returncode != 0:
-        raise SystemExit(f"{done.stdout}\ntutorial.sh: exit code {done.returncode}")
+        raise SystemExit(f"{done.stdout}\n{NAME}.sh: exit code {done.returncode}")
     return done.stdout
 
 
@@ -49,22 +50,22 @@ def comparable(page):
 
 
 def main():
-    with tempfile.TemporaryDirectory(prefix="tandem-tutorial-") as folder:
+    with tempfile.TemporaryDirectory(prefix="tandem-walk-") as folder:
         folder = pathlib.Path(folder)
         page = walk(folder)
         pictures = {name: folder / "walk" / f"{name}.png" for name in PICTURE.findall(page)}
         for name, picture in pictures.items():
             assert picture.stat().st_size > 5000, f"{name}.png is empty"
-            assert (ROOT / "docs" / "images" / f"tutorial-{name}.png").is_file() or "--write" in sys.argv, f"tutorial-{name}.png is missing"
+            assert (ROOT / "docs" / "images" / f"{NAME}-{name}.png").is_file() or "--write" in sys.argv, f"{NAME}-{name}.png is missing"
         if "--write" in sys.argv:
             PAGE.write_text(page)
             for name, picture in pictures.items():
-                shutil.copy(picture, ROOT / "docs" / "images" / f"tutorial-{name}.png")
+                shutil.copy(picture, ROOT / "docs" / "images" / f"{NAME}-{name}.png")
             return
-    differences = list(difflib.unified_diff(comparable(PAGE.read_text()), comparable(page), "docs/tutorial.md", "this run", lineterm=""))
+    differences = list(difflib.unified_diff(comparable(PAGE.read_text()), comparable(page), PAGE.name, "this run", lineterm=""))
     if differences:
         raise SystemExit("\n".join(differences) + f"\nto write the page: {' '.join(sys.argv)} --write")
-    print(f"{len(page.splitlines())} lines and {len(pictures)} pictures as in docs/tutorial.md")
+    print(f"{len(page.splitlines())} lines and {len(pictures)} pictures as in docs/{PAGE.name}")
 
 
 main()

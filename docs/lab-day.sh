@@ -1,0 +1,107 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# lab-day.sh FOLDER: the first day with a handheld arm and four drives in profile velocity, on simulated drives. Runs each command in the new
+# folder FOLDER and prints the page docs/lab-day.md. tests/docs/walk_test.py compares the page with a new run. Needs the programs in PATH.
+# shellcheck disable=SC2016
+set -euo pipefail
+# shellcheck source=docs/walk.sh
+source "$(dirname -- "${BASH_SOURCE[0]}")/walk.sh" lab-day "${1:-}"
+
+cat <<'END'
+<!-- Made by docs/lab-day.sh, which runs every command of this page; tests/docs/walk_test.py compares it with a new run. -->
+# A lab day on paper
+
+From four drives on a bench to a tip on a circle: a handheld arm of two tubes, each with a motor for its translation and one for its rotation. The
+drives have the objects and units of the Faulhaber MC3 family: profile velocity (mode 3), velocities in rpm, accelerations in 1/s^2, no deadline of the
+command PDO (1400:05), no interpolation period (60C2). They are simulated here, so that every line can be tried before a drive is bought; with real ones
+the same commands apply, and only the name of the bus changes. `docs/lab-day.sh FOLDER` runs the page.
+
+## 1. What the files say
+
+Three files describe the arm, and `tandem presets` has all three as `handheld`: the robot (tubes, limits, home), the hardware (bus, drives, gears) and the
+deployment (which processes run). Numbers of your own replace these:
+
+| number | where it comes from |
+|---|---|
+| `counts_per_revolution: 4096` | encoder on the motor, four counts for each of 1024 lines (object 608F of the drive) |
+| `gear_ratio`, `lead_mm` | data sheets of gear and lead screw |
+| `velocity_unit: rpm`, `acceleration_unit: rev_per_s2` | drive manual, chapter on factors and units |
+| `homing: {method: 17, ...}` | negative limit switch; 18 is the positive one, 37 takes the present position |
+| `lower_mm`, `upper_mm` | ruler: where a carriage may stand |
+| `quick_stop_deceleration_mm_per_s2: 200` | a tenth of what motor and gear can do; 700 1/s^2 at the motor, below the 32767 that object 6085 holds |
+END
+run 'tandem validate handheld'
+run 'tandem can budget handheld'
+
+say <<'END'
+The bus has room: four drives at 400 Hz use a part of the 1 Mbit/s, and the calculation includes one parameter access per cycle.
+
+## 2. The bus before anything moves
+
+Without Tandem's HAL nothing moves the drives. The simulated ones take the place of the bus here; on a bench this is `can:can0` after
+`ip link set can0 type can bitrate 1000000 restart-ms 0 && ip link set can0 txqueuelen 64 up`.
+END
+printf '\n```console\n$ tandem-drive-sim --hardware handheld --hardware-bus bus &\n```\n'
+tandem-drive-sim --hardware handheld --hardware-bus bus --log warn >drives.log 2>&1 &
+background=$!
+for ((k = 0; k < 100; ++k)); do
+  [[ -S /tmp/tandem-handheld ]] && break
+  sleep 0.1
+done
+run 'tandem can scan --bus unix:/tmp/tandem-handheld'
+run 'tandem can od --bus unix:/tmp/tandem-handheld 1 6502'
+
+say <<'END'
+Mode 3 is bit 2 of the supported modes (6502): profile velocity is there. Copy the serial numbers of the scan into the hardware file (`serial:` of each
+axis), then the boot fails if two connectors are swapped.
+END
+end
+
+say <<'END'
+## 3. The system
+
+The HAL resets and configures the drives, and reads back every value:
+END
+up handheld
+run -v 'tandem can monitor handheld --once'
+
+say <<'END'
+`NOT HOMED`: after power on the drives do not know where they are. The tubes are turned to their marks by hand; the carriages search their switches:
+END
+run 'tandem home handheld'
+run -v 'tandem can monitor handheld --once'
+
+say <<'END'
+## 4. Direction and scale, at one percent
+
+One joint after the other, at 0.05 mm/s and 0.6 deg/s. The carriage must move towards positive beta, out of the handle, by what the ruler says; otherwise
+`reversed` or `gear_ratio` is wrong:
+END
+run -v 'tandem robot -d handheld enable'
+run -v 'tandem jog -d handheld arm beta_2 0.05 --for 2'
+run -v 'tandem jog -d handheld arm alpha_2 0.6 --for 2'
+
+say <<'END'
+## 5. Every stop
+
+Each stop is tried once before the tubes go in. The soft stop latches, and only `disable` clears it:
+END
+run -v 'tandem robot -d handheld stop'
+run -v -x 1 'tandem robot -d handheld enable'
+run -v 'tandem robot -d handheld disable'
+
+say <<'END'
+[hardware.md](hardware.md#commissioning-of-an-arm) has the table of all stops: emergency stop, connectors, processes.
+
+## 6. The tip on a circle
+END
+run 'tandem new trajectory ring --arms 1 && sed -i "s/center_offset_mm: .*normal/center_offset_mm: [0, 3, 0], normal/; s/speed_mm_per_s: .*/speed_mm_per_s: 1/; s/^tasks:.*/tasks: [{tip: arm}]/; /^  - tip: a$/d" ring.yaml && tandem plan check ring.yaml --robot handheld 2>/dev/null | tail -n 3'
+run -v 'tandem robot -d handheld enable && tandem robot -d handheld run ring.yaml'
+end
+
+say <<'END'
+Profile velocity needs the position loop in the HAL (`velocity_gain_per_s`): the joint lags by the speed divided by the gain, and the tip with it. A higher
+gain makes the lag smaller until the drive's own loop begins to swing; `follow` in `tandem can monitor` shows both.
+
+Next: [hardware](hardware.md) for everything about drives, [safety](safety.md) for budgets and stops.
+END
