@@ -63,13 +63,21 @@ void addOptions(CLI::App& app, Options& options) {
   app.footer("Without --drive, --encoder and --hardware: drives 1 to 6, encoders 17 to 22.");
 }
 
+/// A data sheet; what is odd in it is logged.
+hal::canopen::Eds loadSheet(const std::string& path) {
+  hal::canopen::Eds eds = hal::canopen::loadEds(path);
+  for (const hal::canopen::FileWarning& warning : eds.warnings)
+    spdlog::warn("{}", describe(eds, warning));
+  return eds;
+}
+
 sim::drives::BusSpec specOf(Options& options) {
   sim::drives::BusSpec spec;
   spec.seed = options.seed;
   if (!options.drive_eds.empty())
-    spec.drive_eds = sim::drives::loadEds(options.drive_eds);
+    spec.drive_eds = loadSheet(options.drive_eds);
   if (!options.encoder_eds.empty())
-    spec.encoder_eds = sim::drives::loadEds(options.encoder_eds);
+    spec.encoder_eds = loadSheet(options.encoder_eds);
   if (!options.hardware.empty()) {
     const hal::HardwareConfig hardware = config::loadHardware(config::findFile(options.hardware, "hardware"));
     if (!hardware.simulated)
@@ -156,7 +164,7 @@ int main(int argc, char** argv) {
     spdlog::error("{}", error.what());
     const bool configuration = dynamic_cast<const config::Error*>(&error) != nullptr ||
                                dynamic_cast<const std::invalid_argument*>(&error) != nullptr ||
-                               dynamic_cast<const sim::drives::EdsError*>(&error) != nullptr;
+                               dynamic_cast<const hal::canopen::IniError*>(&error) != nullptr;
     code = configuration ? 2 : 1;
   }
   runtime::stopLog();

@@ -14,9 +14,9 @@ constexpr std::uint32_t kIdMask = 0x7FF;
 
 }  // namespace
 
-Device::Device(std::uint8_t id, const Eds& eds, std::uint32_t serial)
+Device::Device(std::uint8_t id, const Eds& eds, const Eds& own, std::uint32_t serial)
     : id_(id),
-      dictionary_(eds, id),
+      dictionary_(eds, own, id),
       sdo_(id, *this),
       pdos_(dictionary_),
       error_register_(dictionary_.require(0x1001)),

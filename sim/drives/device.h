@@ -51,8 +51,9 @@ struct Habits {
 /** Simulated device. Time is that of the caller, ns. Frames to send accumulate in out(). */
 class Device : private SdoAccess {
  public:
-  /// @throw std::invalid_argument for an id out of range or a data sheet without a mandatory object.
-  Device(std::uint8_t id, const Eds& eds, std::uint32_t serial);
+  /// @param own  built-in data sheet (ObjectDictionary). @throw std::invalid_argument for an id out of range or a data
+  /// sheet in which an object that the simulation needs is no number.
+  Device(std::uint8_t id, const Eds& eds, const Eds& own, std::uint32_t serial);
   ~Device() override = default;
   Device(const Device&) = delete;
   Device& operator=(const Device&) = delete;

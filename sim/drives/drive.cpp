@@ -44,7 +44,7 @@ std::string_view name(DriveState state) {
 }
 
 Drive::Drive(const DriveSpec& spec, const Eds& eds)
-    : Device(spec.id, completed(eds, driveEds()), spec.serial),
+    : Device(spec.id, eds, driveEds(), spec.serial),
       spec_(spec),
       motor_(spec.motor, spec.start),
       random_(spec.id),

@@ -13,7 +13,7 @@ constexpr std::int64_t kPositionAlarm = 1;  // of 6503
 }  // namespace
 
 Encoder::Encoder(const EncoderSpec& spec, const Eds& eds, const Motor& motor)
-    : Device(spec.id, completed(eds, encoderEds()), spec.serial),
+    : Device(spec.id, eds, encoderEds(), spec.serial),
       spec_(spec),
       motor_(motor),
       random_(spec.id),

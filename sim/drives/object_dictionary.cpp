@@ -9,18 +9,34 @@ namespace {
 
 ObjectAddress addressOf(const Entry& entry) noexcept { return entry.info.address; }
 
+/// The object; without a value of its own with that of `other`, if its limits permit it.
+EdsObject startsWith(EdsObject object, const EdsObject* other) {
+  const bool takes = !object.has_value && other != nullptr && object.value == 0 &&
+                     (!object.low || *object.low <= other->value) && (!object.high || other->value <= *object.high);
+  if (takes) {
+    object.value = other->value;
+    object.adds_node_id = other->adds_node_id;
+  }
+  return object;
+}
+
 }  // namespace
 
 std::int64_t Entry::decode(std::uint64_t raw) const noexcept {
   if (bits() == 0)
     return 0;
-  return isSigned(info.type) ? hal::canopen::signExtend(raw, bits())
-                             : static_cast<std::int64_t>(hal::canopen::lowBits(raw, bits()));
+  return hal::canopen::isSigned(info.type) ? hal::canopen::signExtend(raw, bits())
+                                           : static_cast<std::int64_t>(hal::canopen::lowBits(raw, bits()));
 }
 
-ObjectDictionary::ObjectDictionary(const Eds& eds, std::uint8_t node) : node_(node) {
+ObjectDictionary::ObjectDictionary(const Eds& eds, const Eds& own, std::uint8_t node) : node_(node) {
   for (const EdsObject& object : eds.objects)
-    entries_.push_back({object, 0, object.text});
+    entries_.push_back({startsWith(object, own.find(object.address)), 0, object.text, false});
+  for (const EdsObject& object : own.objects) {
+    if (eds.find(object.address) == nullptr)
+      entries_.push_back({object, 0, object.text, true});
+  }
+  std::ranges::sort(entries_, {}, addressOf);
   reset(0, 0xFFFF);
 }
 
@@ -35,12 +51,12 @@ const Entry* ObjectDictionary::find(ObjectAddress address) const noexcept {
 
 const Entry* ObjectDictionary::visible(ObjectAddress address) const noexcept {
   const Entry* entry = find(address);
-  return entry == nullptr || entry->info.hidden ? nullptr : entry;
+  return entry == nullptr || entry->hidden ? nullptr : entry;
 }
 
 bool ObjectDictionary::hasIndex(std::uint16_t index) const noexcept {
-  return std::ranges::any_of(
-      entries_, [&](const Entry& entry) { return entry.info.address.index == index && !entry.info.hidden; });
+  return std::ranges::any_of(entries_,
+                             [&](const Entry& entry) { return entry.info.address.index == index && !entry.hidden; });
 }
 
 Entry& ObjectDictionary::require(std::uint16_t index, std::uint8_t sub) {
@@ -54,7 +70,7 @@ Entry& ObjectDictionary::require(std::uint16_t index, std::uint8_t sub) {
 void ObjectDictionary::reset(std::uint16_t first, std::uint16_t last) noexcept {
   for (Entry& entry : entries_) {
     if (entry.info.address.index >= first && entry.info.address.index <= last)
-      entry.value = entry.info.value + (entry.info.adds_node_id ? node_ : 0);
+      entry.value = entry.info.valueAt(node_);
   }
 }
 

@@ -19,8 +19,9 @@ struct Entry {
   EdsObject info;
   std::int64_t value = 0;
   std::string text;
+  bool hidden = false;  ///< of the simulation alone: nobody can access it
 
-  int size() const noexcept { return sizeOf(info.type); }  ///< bytes; 0: a string
+  int size() const noexcept { return hal::canopen::sizeOf(info.type); }  ///< bytes; 0: a string
   int bits() const noexcept { return 8 * size(); }
   /// Number from the bits on the wire.
   std::int64_t decode(std::uint64_t raw) const noexcept;
@@ -31,7 +32,9 @@ struct Entry {
 /** Dictionary of a device. Its entries are fixed after construction: pointers to them stay valid. */
 class ObjectDictionary {
  public:
-  ObjectDictionary(const Eds& eds, std::uint8_t node);
+  /** @param own  the built-in data sheet of this kind of device: objects that `eds` lacks are hidden ones of the
+   * simulation, and those without a value start with the built-in one. */
+  ObjectDictionary(const Eds& eds, const Eds& own, std::uint8_t node);
 
   Entry* find(ObjectAddress address) noexcept;
   const Entry* find(ObjectAddress address) const noexcept;
