@@ -263,7 +263,7 @@ void Node::lose(SdoAbort abort) noexcept {
 void Node::endTransfer(std::int64_t now) noexcept {
   const SetupStep& step = steps_[step_];
   if (sdo_.status() == SdoStatus::kDone) {
-    if (step.kind == SetupStep::Kind::kWrite) {
+    if (step.kind == SetupStep::Kind::kWrite && !reading_back_) {
       nextStep();
     } else if (step.kind == SetupStep::Kind::kWriteVerify && !reading_back_) {
       reading_back_ = true;

@@ -142,6 +142,20 @@ TEST(Protections, ARangeThatDoesNotReachIsALoss) {
   expectMoves(system, bit(Protection::kFollowingError));
 }
 
+TEST(Protections, AnEventTimerThatRefusesTheDeadlineIsALoss) {
+  for (const bool read_only : {true, false}) {
+    const auto eds = sheetWith({0x1400, 5}, [read_only](sim::drives::Eds& e, std::size_t k) {
+      if (read_only) {
+        e.objects[k].access = sim::drives::Access::kReadOnly;
+      } else {
+        e.objects[k].high = 0;
+      }
+    });
+    System system(presetHardware(), 0.0, eds);
+    expectMoves(system, bit(Protection::kCommandDeadline));
+  }
+}
+
 /// 1016 and 1400:05 are what a drive stops by when the HAL ends: each is enough.
 TEST(Protections, EitherWatchStopsTheDriveWhenTheHalEnds) {
   for (const ObjectAddress object : {ObjectAddress{0x1400, 5}, ObjectAddress{0x1016, 1}}) {
