@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The judgement of a data sheet: a drive that is made of the sheet boots, and lacks, what was foretold. */
+#include "hal/sheet_check.h"
+
+#include <random>
+
+#include "tests/unit/hal_robot/robot_fixture.h"
+
+namespace tandem::hal::test {
+namespace {
+
+using canopen::Access;
+using canopen::Eds;
+using canopen::EdsObject;
+using canopen::ObjectAddress;
+using Verdict = SheetFinding::Verdict;
+
+constexpr double kDriveHeartbeat = safety::Budgets{}.drive_heartbeat;
+
+SheetCheck check(const Eds& sheet, const HardwareConfig& config = presetHardware()) {
+  return checkSheet(sheet, config, config.axes.front(), kDriveHeartbeat);
+}
+
+EdsObject& entry(Eds& sheet, ObjectAddress address) {
+  const auto found = std::ranges::find(sheet.objects, address, &EdsObject::address);
+  if (found == sheet.objects.end())
+    throw std::runtime_error("no object " + describe(address));
+  return *found;
+}
+
+TEST(SheetCheck, TheBuiltInDriveFits) {
+  const SheetCheck result = check(sim::drives::driveEds());
+  for (const SheetFinding& finding : result.findings) {
+    EXPECT_EQ(finding.verdict, finding.step.object.index == 0x6080 ? Verdict::kSkipped : Verdict::kFits)
+        << describe(finding.step.object) << " " << finding.step.what << ": " << finding.reason;
+  }
+  EXPECT_TRUE(result.boots());
+  EXPECT_EQ(result.lost, 0u);
+}
+
+TEST(SheetCheck, GivesTheReason) {
+  struct Case {
+    ObjectAddress object;
+    std::function<void(EdsObject&)> change;
+    Verdict verdict;
+    std::string reason;
+  };
+  const auto read_only = [](EdsObject& o) { o.access = Access::kReadOnly; };
+  const Case cases[] = {
+      {{0x605A, 0}, read_only, Verdict::kFits, "read-only, with this value"},
+      {{0x605E, 0},
+       [](EdsObject& o) {
+         o.access = Access::kReadOnly;
+         o.value = 1;
+       },
+       Verdict::kLost,
+       "read-only"},
+      {{0x6085, 0}, [](EdsObject& o) { o.high = 32767; }, Verdict::kLost, "range 1 to 32767, the HAL writes"},
+      {{0x6065, 0},
+       [](EdsObject& o) { o.type = canopen::DataType::kUnsigned16; },
+       Verdict::kRefused,
+       "UNSIGNED16, expected 4 bytes"},
+      {{0x6502, 0}, [](EdsObject& o) { o.value = 1; }, Verdict::kRefused, "found 0x1, expected 0x80 in the bits 0x80"},
+      {{0x6502, 0}, [](EdsObject& o) { o.has_value = false; }, Verdict::kUnknown, "no value in the data sheet"},
+      {{0x1017, 0}, [](EdsObject& o) { o.access = Access::kWriteOnly; }, Verdict::kRefused, "cannot be read back"},
+      {{0x607D, 2}, read_only, Verdict::kRefused, "read-only"},
+  };
+  for (const Case& one : cases) {
+    SCOPED_TRACE(describe(one.object) + " " + one.reason);
+    Eds sheet = sim::drives::driveEds();
+    one.change(entry(sheet, one.object));
+    const SheetCheck result = check(sheet);
+    const auto found =
+        std::ranges::find(result.findings, one.object, [](const SheetFinding& finding) { return finding.step.object; });
+    ASSERT_NE(found, result.findings.end());
+    EXPECT_EQ(found->verdict, one.verdict);
+    EXPECT_NE(found->reason.find(one.reason), std::string::npos) << found->reason;
+  }
+  Eds sheet = sim::drives::driveEds();
+  entry(sheet, {0x6064, 0}).mappable = false;
+  const SheetCheck result = check(sheet);
+  EXPECT_TRUE(std::ranges::any_of(result.findings, [](const SheetFinding& finding) {
+    return finding.verdict == Verdict::kRefused && finding.reason == "6064:00 cannot be mapped into a PDO";
+  }));
+}
+
+/// One random change of an object that the setup uses.
+void damage(Eds& sheet, const std::vector<canopen::SetupStep>& steps, std::mt19937& random) {
+  const canopen::SetupStep& step = steps[random() % steps.size()];
+  ObjectAddress address = step.object;
+  const bool mapping = (address.index & 0xFE00) == 0x1600 || (address.index & 0xFE00) == 0x1A00;
+  if (mapping && random() % 2 == 0)
+    address = std::array{ObjectAddress{0x6040, 0}, ObjectAddress{0x607A, 0}, ObjectAddress{0x6041, 0},
+                         ObjectAddress{0x6064, 0}}[random() % 4];
+  const auto found = std::ranges::find(sheet.objects, address, &EdsObject::address);
+  if (found == sheet.objects.end())
+    return;
+  switch (random() % 7) {
+    case 0:
+    case 1:
+      sheet.objects.erase(found);
+      break;
+    case 2:
+      found->access = random() % 3 == 0 ? Access::kWriteOnly : Access::kReadOnly;
+      break;
+    case 3:
+      found->low = found->high = found->value = static_cast<std::int64_t>(random() % 3);
+      found->adds_node_id = false;
+      break;
+    case 4:
+      found->type = sizeOf(found->type) == 2 ? canopen::DataType::kUnsigned32 : canopen::DataType::kUnsigned16;
+      break;
+    case 5:
+      found->mappable = false;
+      break;
+    default:
+      // A value that is not in the sheet and cannot be written is lost by judgement, and may be right in the drive.
+      found->has_value = step.protections != 0;
+      found->value = found->has_value ? found->value : 0;
+  }
+}
+
+std::string describeRefusals(const SheetCheck& result) {
+  std::string text;
+  for (const SheetFinding& finding : result.findings) {
+    if (finding.verdict != Verdict::kFits)
+      text += describe(finding.step.object) + " " + finding.step.what + ": " + std::string(name(finding.verdict)) +
+              ": " + finding.reason + "\n";
+  }
+  return text;
+}
+
+/// Boots drives that are made of this sheet: that succeeds, and loses, what was foretold. @return whether it did
+bool bootsAsForetold(const Eds& sheet, const HardwareConfig& config) {
+  System system(config, 0.0, sheet);
+  const bool booted = system.boot();
+  bool foretold = true;
+  std::string why;
+  for (const AxisConfig& axis : config.axes) {
+    const SheetCheck result = checkSheet(sheet, config, axis, kDriveHeartbeat);
+    foretold = foretold && result.boots();
+    why = describeRefusals(result);
+  }
+  EXPECT_EQ(booted, foretold) << why << system.story();
+  for (std::size_t i = 0; booted && i < config.axes.size(); ++i) {
+    const AxisConfig& axis = config.axes[i];
+    EXPECT_EQ(system.robot->arm(axis.arm).axis(axis.joint).driveNode().lostProtections(),
+              checkSheet(sheet, config, axis, kDriveHeartbeat).lost)
+        << why;
+  }
+  return booted;
+}
+
+/// canopen::Node and the judgement of the same sheet agree.
+TEST(SheetCheck, AgreesWithTheBootOfSuchDrives) {
+  const unsigned seed = std::random_device{}();
+  SCOPED_TRACE("seed " + std::to_string(seed));
+  std::mt19937 random(seed);
+  int boots = 0;
+  constexpr int kSheets = 60;
+  for (int k = 0; k < kSheets && !HasFailure(); ++k) {
+    SCOPED_TRACE("sheet " + std::to_string(k));
+    const HardwareConfig config = random() % 2 == 0 ? presetHardware() : velocityHardware();
+    Eds sheet = sim::drives::driveEds();
+    const auto steps = setupSteps(config, config.axes.front(), kDriveHeartbeat);
+    for (unsigned n = 1 + random() % 3; n-- > 0;)
+      damage(sheet, steps, random);
+    boots += bootsAsForetold(sheet, config) ? 1 : 0;
+  }
+  EXPECT_GT(boots, 0);
+  EXPECT_TRUE(boots < kSheets);
+}
+
+/// Data sheets of public facts about drives of vendors.
+TEST(SheetCheck, AgreesWithTheBootOfDrivesOfVendors) {
+  for (const auto& [file, boots] : {std::pair{"epos4-like.eds", true}, std::pair{"gold-like.eds", true},
+                                    std::pair{"mc3-like.eds", false}, std::pair{"ipos-like.eds", false}}) {
+    SCOPED_TRACE(file);
+    const Eds sheet = canopen::loadEds(std::string(TANDEM_SOURCE) + "/tests/sheets/" + file);
+    EXPECT_EQ(bootsAsForetold(sheet, presetHardware()), boots);
+  }
+}
+
+}  // namespace
+}  // namespace tandem::hal::test
