@@ -12,6 +12,7 @@
 
 #include "hal/canopen/bytes.h"
 #include "hal/drives/cia402.h"
+#include "services/cli/can/sheet.h"
 
 namespace tandem::cli {
 namespace {
@@ -107,30 +108,16 @@ int scan(const CanOptions& options) {
   return found.empty() ? kFailure : kOk;
 }
 
-bool isText(const std::vector<std::uint8_t>& data) {
-  return data.size() > 4 && std::all_of(data.begin(), data.end(), [](std::uint8_t b) { return std::isprint(b) != 0; });
-}
-
 void show(const CanOptions& options, int node, ObjectAddress object, const std::vector<std::uint8_t>& data) {
-  const std::uint64_t value = hal::canopen::fromBytes(data);
-  const int bits = static_cast<int>(std::clamp<std::size_t>(8 * data.size(), 8, 64));
-  const std::int64_t as_signed = hal::canopen::signExtend(value, bits);
-  const std::string text = isText(data) ? std::string(data.begin(), data.end()) : "";
+  const std::string name = options.eds.empty() ? "" : nameIn(loadSheet(options.eds), object);
   if (options.json) {
-    nlohmann::ordered_json json{{"node", node}, {"object", describe(object)}, {"bytes", data.size()}};
-    if (!text.empty()) {
-      json["text"] = text;
-    } else {
-      json["unsigned"] = value;
-      json["signed"] = as_signed;
-    }
+    nlohmann::ordered_json json{{"node", node}, {"object", describe(object)}};
+    if (!options.eds.empty())
+      json["name"] = name;
+    json.update(valueJson(data));
     std::cout << json.dump() << '\n';
-  } else if (!text.empty()) {
-    std::cout << describe(object) << " = \"" << text << "\"\n";
   } else {
-    std::printf("%s = %llu, signed %lld, 0x%0*llX (%zu bytes)\n", describe(object).c_str(),
-                static_cast<unsigned long long>(value), static_cast<long long>(as_signed),
-                static_cast<int>(2 * data.size()), static_cast<unsigned long long>(value), data.size());
+    std::cout << describe(object) << (name.empty() ? "" : " " + name) << " = " << valueText(data) << '\n';
   }
 }
 
@@ -149,13 +136,14 @@ std::int64_t parseValue(const std::string& text, std::size_t bytes) {
 }
 
 int od(const CanOptions& options) {
-  int node = 0;
-  const auto [end, error] = std::from_chars(options.node.data(), options.node.data() + options.node.size(), node);
-  if (error != std::errc{} || end != options.node.data() + options.node.size() || node < 1 || node > 127)
-    throw Failure(kUsage, "node '" + options.node + "', expected 1 to 127");
-  const ObjectAddress object = parseObject(options.object);
+  const int node = parseNode(options.node);
+  if (options.object.empty() != options.protections)
+    throw Failure(kUsage, "expected an object, or --protections");
+  const ObjectAddress object = options.protections ? ObjectAddress{} : parseObject(options.object);
   CanTool tool(options);
   tool.refuseBesideMaster();
+  if (options.protections)
+    return showProtections(options, tool, node);
   // The present value gives the length of the new one.
   std::vector<std::uint8_t> data = tool.read(node, object);
   if (!options.value.empty()) {
@@ -168,6 +156,8 @@ int od(const CanOptions& options) {
   show(options, node, object, data);
   return kOk;
 }
+
+}  // namespace
 
 CLI::App* addCanCommand(CLI::App& can,
                         const std::shared_ptr<CanOptions>& options,
@@ -186,8 +176,6 @@ CLI::App* addCanCommand(CLI::App& can,
   return command;
 }
 
-}  // namespace
-
 void registerCan(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<CanOptions>();
   CLI::App* can =
@@ -196,10 +184,15 @@ void registerCan(CLI::App& app, int& exit_code) {
   addCanCommand(*can, options, exit_code, "scan", "list the nodes of a bus: profile, identity, state", scan);
   CLI::App* access = addCanCommand(*can, options, exit_code, "od", "read or write an object of a node, by SDO", od);
   access->add_option("node", options->node, "1 to 127")->required();
-  access->add_option("object", options->object, "INDEX or INDEX:SUB, hexadecimal: 6041, 607D:1")->required();
+  access->add_option("object", options->object, "INDEX or INDEX:SUB, hexadecimal: 6041, 607D:1");
   access->add_option("value", options->value,
                      "value to write (decimal or 0x...), then read back; put -- before a negative value");
+  access->add_option("--eds", options->eds, "data sheet (EDS or DCF) with the names of the objects");
+  access->add_flag("--protections", options->protections,
+                   "instead of an object: which protections the drive has objects for (docs/hardware.md)");
   registerCanTools(*can, options, exit_code);
+  registerCanSheets(*can, options, exit_code);
+  registerCanImport(*can, exit_code);
   registerCanMonitor(*can, exit_code);
 }
 

@@ -21,6 +21,9 @@ struct CanOptions {
   bool force = false;    ///< proceed although a master is on the bus
   double timeout = 0.2;  ///< of an SDO response, s
   std::string node, object, value, file;
+  std::string eds;                            ///< data sheet of the node; empty: none
+  std::string first = "1000", last = "9FFF";  ///< indices of a dump without data sheet
+  bool protections = false;
   double seconds = 0.0;
   double speed = 1.0;
 };
@@ -45,12 +48,15 @@ class CanTool {
                 const std::function<void(int node, const hal::canopen::SdoClient&)>& take);
   /// One transfer. @throw Failure with the meaning of the abort code.
   std::vector<std::uint8_t> read(int node, hal::canopen::ObjectAddress object);
+  /// ... that may be refused: the abort code, kNone with `data`. @throw Failure if the node does not answer.
+  hal::canopen::SdoAbort tryRead(int node, hal::canopen::ObjectAddress object, std::vector<std::uint8_t>& data);
   void write(int node, hal::canopen::ObjectAddress object, std::span<const std::uint8_t> data);
 
   hal::can::Bus& bus() { return *bus_; }
 
  private:
   void pump(std::vector<hal::canopen::SdoClient>& clients);
+  void run(hal::canopen::SdoClient& client);
   void finish(hal::canopen::SdoClient& client);
   void wait(double seconds);
 
@@ -62,8 +68,25 @@ class CanTool {
 
 /// "6041" or "6041:2" in hexadecimal. @throw Failure
 hal::canopen::ObjectAddress parseObject(const std::string& text);
+/// "1" to "127". @throw Failure
+int parseNode(const std::string& text);
+
+/// A value as JSON: `bytes`, and `text`, or `unsigned` and `signed`, or `hex` of more than 8 bytes.
+nlohmann::ordered_json valueJson(const std::vector<std::uint8_t>& data);
+/// ... as text: "592, signed 592, 0x0250 (2 bytes)" or "\"name\"".
+std::string valueText(const std::vector<std::uint8_t>& data);
+
+/// Adds a command with the options of all that send on a bus.
+CLI::App* addCanCommand(CLI::App& can,
+                        const std::shared_ptr<CanOptions>& options,
+                        int& exit_code,
+                        const std::string& name,
+                        const std::string& text,
+                        int (*run)(const CanOptions&));
 
 void registerCanTools(CLI::App& can, const std::shared_ptr<CanOptions>& options, int& exit_code);
 void registerCanMonitor(CLI::App& can, int& exit_code);
+void registerCanSheets(CLI::App& can, const std::shared_ptr<CanOptions>& options, int& exit_code);
+void registerCanImport(CLI::App& can, int& exit_code);
 
 }  // namespace tandem::cli

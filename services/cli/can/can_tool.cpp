@@ -13,6 +13,7 @@ namespace tandem::cli {
 
 using hal::canopen::NmtState;
 using hal::canopen::ObjectAddress;
+using hal::canopen::SdoAbort;
 using hal::canopen::SdoClient;
 using hal::canopen::SdoStatus;
 
@@ -95,7 +96,7 @@ void CanTool::readMany(const std::vector<int>& nodes,
   }
 }
 
-void CanTool::finish(SdoClient& client) {
+void CanTool::run(SdoClient& client) {
   std::vector<SdoClient> one{client};
   while (one[0].busy()) {
     pump(one);
@@ -103,6 +104,10 @@ void CanTool::finish(SdoClient& client) {
   }
   pump(one);
   client = one[0];
+}
+
+void CanTool::finish(SdoClient& client) {
+  run(client);
   if (client.status() != SdoStatus::kDone) {
     throw Failure(kFailure, "node " + std::to_string(client.node()) + ", object " + describe(client.object()) + ": " +
                                 describe(client.abort()));
@@ -114,6 +119,16 @@ std::vector<std::uint8_t> CanTool::read(int node, ObjectAddress object) {
   client.upload(object, hal::can::monotonicNow());
   finish(client);
   return {client.data().begin(), client.data().end()};
+}
+
+SdoAbort CanTool::tryRead(int node, ObjectAddress object, std::vector<std::uint8_t>& data) {
+  SdoClient client(node, static_cast<std::int64_t>(1e9 * options_.timeout));
+  client.upload(object, hal::can::monotonicNow());
+  run(client);
+  if (client.status() != SdoStatus::kDone && client.abort() == SdoAbort::kTimeout)
+    throw Failure(kFailure, "node " + std::to_string(node) + " does not answer (object " + describe(object) + ")");
+  data.assign(client.data().begin(), client.data().end());
+  return client.status() == SdoStatus::kDone ? SdoAbort::kNone : client.abort();
 }
 
 void CanTool::write(int node, ObjectAddress object, std::span<const std::uint8_t> data) {
@@ -137,6 +152,14 @@ ObjectAddress parseObject(const std::string& text) {
   if (colon != std::string::npos)
     object.sub = static_cast<std::uint8_t>(number(text.substr(colon + 1), 0xFF));
   return object;
+}
+
+int parseNode(const std::string& text) {
+  int node = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), node);
+  if (error != std::errc{} || end != text.data() + text.size() || node < 1 || node > hal::canopen::kMaxNodeId)
+    throw Failure(kUsage, "node '" + text + "', expected 1 to 127");
+  return node;
 }
 
 }  // namespace tandem::cli

@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "config/axis_block.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <cstdio>
+#include <stdexcept>
+
+namespace tandem::config {
+namespace {
+
+/// The group and the axis of a file.
+struct Found {
+  YAML::Node group, axis;
+};
+
+Found findAxis(const YAML::Node& list, const std::string& bus, int node) {
+  for (const YAML::Node& group : list) {
+    for (const YAML::Node& axis : group["axes"]) {
+      if (axis["bus"].as<std::string>("") == bus && axis["node"].as<int>(0) == node)
+        return {YAML::Clone(group), YAML::Clone(axis)};
+    }
+  }
+  return {};
+}
+
+void setIdentity(YAML::Node drive, const char* key, std::uint32_t number) {
+  char text[16];
+  std::snprintf(text, sizeof text, "0x%08X", number);
+  if (number == 0) {
+    drive.remove(key);
+  } else {
+    drive[key] = text;
+  }
+}
+
+}  // namespace
+
+std::string axisBlock(const std::filesystem::path& file,
+                      const hal::HardwareConfig& hardware,
+                      std::size_t axis,
+                      const hal::AxisConfig& drive,
+                      const std::string& mode) {
+  const hal::AxisConfig& from = hardware.axes.at(axis);
+  const std::string kind = from.translation ? "translations" : "rotations";
+  const YAML::Node text = YAML::LoadFile(file.string());
+  Found found = findAxis(text[kind], hardware.buses.at(static_cast<std::size_t>(from.bus)).name, from.node);
+  if (!found.axis)
+    throw std::runtime_error(file.string() + ": found no axis " + from.name);
+  YAML::Node of_group = found.group["drive"];
+  setIdentity(of_group, "vendor", drive.identity.vendor);
+  setIdentity(of_group, "product", drive.identity.product);
+  setIdentity(of_group, "revision", drive.identity.revision);
+  if (drive.mode != from.mode)
+    of_group["mode"] = mode;
+  if (drive.temperature_index == 0) {
+    of_group.remove("temperature_object");
+    of_group.remove("temperature_scale");
+  }
+  found.axis["node"] = drive.node;
+  found.axis.remove("serial");  // of the drive that is replaced
+  of_group.SetStyle(YAML::EmitterStyle::Block);
+  found.axis.SetStyle(YAML::EmitterStyle::Block);
+  YAML::Node group;
+  group["drive"] = of_group;
+  if (found.group["encoder"])
+    group["encoder"] = found.group["encoder"];
+  group["axes"].push_back(found.axis);
+  YAML::Node block;
+  block[kind].push_back(group);
+  YAML::Emitter out;
+  out << block;
+  return std::string(out.c_str()) + "\n";
+}
+
+}  // namespace tandem::config

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What the commands of `tandem can` share that use data sheets. */
+#pragma once
+
+#include <string>
+
+#include "hal/canopen/eds.h"
+#include "hal/hardware.h"
+#include "hal/sheet_check.h"
+#include "services/cli/can/can.h"
+
+namespace tandem::cli {
+
+/// Reads a data sheet; its warnings stay in it. @throw Failure(kUsage) if it cannot be read.
+hal::canopen::Eds loadSheet(const std::string& path);
+/// Prints at most `most` warnings to stderr, and how many more there are.
+void printWarnings(const hal::canopen::Eds& sheet, std::size_t most);
+/// Name of an object in a data sheet, empty: it is not there.
+std::string nameIn(const hal::canopen::Eds& sheet, hal::canopen::ObjectAddress object);
+
+/// "required", "optional", or the protections that need the step.
+std::string needOf(const hal::canopen::SetupStep& step);
+
+/** Reads the objects of the protections from a drive and prints which are absent. The access of an object and the range
+ * of its values show only when the HAL writes them.
+ * @return kOk, kFailure: the drive lacks one that a boot needs. */
+int showProtections(const CanOptions& options, CanTool& tool, int node);
+
+}  // namespace tandem::cli

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: Apache-2.0
+"""`tandem can import`: data sheets as vendors write them, and the axes that come of them."""
+import json
+import pathlib
+import re
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "integration" / "harness"))
+import system  # noqa: E402
+
+SHEETS = system.SOURCE / "tests" / "sheets"
+PRESET = system.PRESETS / "hardware" / "ark2024-two-buses.yaml"
+# Exit code, lost protections, words of the reasons, and words of the warnings, in order.
+EXPECTED = {
+    "epos4-like": (0, ["command_deadline", "following_error"], [],
+                   ["SubNumber: found 6, expected 5", "a simulated device starts with 16", "'; rpm' counts as a comment"]),
+    "mc3-like": (3, ["command_deadline", "quick_stop_ramp"], ["without quick_stop_ramp"],
+                 ["read as octal (CiA 306): 8, not 10", "Latin-1", "'DataType' is in this section already"]),
+    "gold-like": (0, ["command_deadline"], [], ["SupportedObjects: found 58, expected 56", "control Z"]),
+    "ipos-like": (1, ["command_deadline", "heartbeat_watch", "connection_reaction", "quick_stop_ramp", "fault_reaction"],
+                  ["6502:00 supported modes: found 0x65", "1600:02", "without command_deadline"],
+                  ["byte order mark", "0x6510 is listed and has no section", "[100D] is in none of the lists",
+                   "data type 0x0040 is unknown", "found 'end of list'", "found the value 5 outside its limits", "NUL bytes"]),
+}
+
+
+def sheet(name):
+    return SHEETS / f"{name}.eds"
+
+
+class Import(system.SystemTest):
+    def report(self, *words, code):
+        answer = system.run("can", "import", *words, "--json")
+        self.assertEqual(answer.returncode, code, answer.stdout + answer.stderr)
+        return json.loads(answer.stdout)
+
+    def hardware_with(self, block):
+        """The preset with its first axis replaced by a block."""
+        text = PRESET.read_text().replace("../robots/", str(system.PRESETS / "robots") + "/")
+        text, count = re.subn(r"      - \{arm: arm_a, tube: 1, bus: bus_a, node: 1,.*?\}\n", "", text, count=1, flags=re.S)
+        self.assertEqual(count, 1)
+        text = text.replace("{bus: bus_a, node: 1, input_bit: 16", "{bus: bus_a, node: 2, input_bit: 16")
+        head, rest = text.split("translations:\n")
+        path = self.folder / "hardware.yaml"
+        path.write_text(head + block + rest)
+        return path
+
+    def test_each_sheet_has_its_verdict_and_warnings(self):
+        self.assertEqual(sorted(EXPECTED), sorted(path.stem for path in SHEETS.glob("*.eds")))
+        for name, (code, lost, reasons, warnings) in EXPECTED.items():
+            with self.subTest(name):
+                report = self.report(sheet(name), code=code)
+                self.assertEqual(report["lost"], lost)
+                self.assertEqual(len(report["warnings"]), len(warnings), report["warnings"])
+                lines = [warning["line"] for warning in report["warnings"]]
+                self.assertEqual(lines, sorted(lines))
+                for warning, words in zip(report["warnings"], warnings):
+                    self.assertIn(words, warning["text"])
+                for words in reasons:
+                    self.assertTrue(any(words in reason for reason in report["reasons"]), report["reasons"])
+                self.assertEqual(report["boots"], code == 0)
+                self.assertEqual("yaml" in report, code != 1)
+
+    def test_the_axis_is_valid_in_a_hardware_file(self):
+        for name in ("epos4-like", "mc3-like", "gold-like"):
+            with self.subTest(name):
+                report = self.report(sheet(name), "--node", "9", code=EXPECTED[name][0])
+                path = self.hardware_with(report["yaml"])
+                self.assert_ok(system.run("validate", path))
+                self.assertIn("node: 9", report["yaml"])
+                self.assertIn(f"vendor: 0x{report['vendor']:08X}", report["yaml"])
+                # The axis is in the file: without it, the robot lacks a joint.
+                path.write_text(path.read_text().replace(report["yaml"], "translations:\n"))
+                self.assertEqual(system.run("validate", path).returncode, 2)
+
+    def test_an_accepted_loss_makes_the_axis_bootable(self):
+        block = self.report(sheet("mc3-like"), code=3)["yaml"]
+        accepted = block.replace('        # accept:', '        accept:').replace('        #   - {prot', '          - {prot')
+        self.assertNotEqual(block, accepted)
+        path = self.hardware_with(accepted.replace('reason: ""', 'reason: "tried with power off"'))
+        self.assert_ok(system.run("validate", path))
+        self.assertEqual(self.report(sheet("mc3-like"), "--hardware", path, code=0)["reasons"], [])
+
+    def test_the_report_names_needs_ranges_and_access(self):
+        setup = {row["object"]: row for row in reversed(self.report(sheet("mc3-like"), code=3)["setup"])}
+        ramp = setup["6085:00"]
+        self.assertEqual((ramp["need"], ramp["verdict"]), ("quick_stop_ramp", "lost"))
+        self.assertIn("range 0 to 32767, the HAL writes 4096000", ramp["reason"])
+        self.assertEqual(setup["60C2:01"]["verdict"], "left out")
+        self.assertEqual(setup["1400:05"]["reason"], "absent")
+        self.assertEqual(setup["1017:00"]["need"], "required")
+        self.assertEqual(setup["607D:01"]["verdict"], "fits")
+        text = self.assert_ok(system.run("can", "import", sheet("epos4-like"))).stdout
+        for words in ("units of its own (60A8 = 0xB50000, 60A9 = 0xB44700, 60AA = 0xC00300)",
+                      "temperature object 2001:00 of the axis is absent",
+                      "modes: profile position, profile velocity, homing, cyclic synchronous position, cyclic synchronous velocity",
+                      "6502 = 0x3A5", "PDO mapping: the PDOs of the HAL fit", "lost protections: command_deadline (1400:05)",
+                      "an axis can be made of it\n", "translations:"):
+            self.assertIn(words, text)
+
+    def test_modes_axes_and_files_of_the_caller(self):
+        self.assertEqual(self.report(sheet("gold-like"), "--mode", "csv", code=0)["mode"], "csv")
+        self.assertTrue(any("6502" in reason for reason in self.report(sheet("mc3-like"), "--mode", "csv", code=1)["reasons"]))
+        rotation = self.report(sheet("gold-like"), "--axis", "arm_b rotation 2", code=0)
+        self.assertEqual((rotation["axis"], rotation["node"]), ("arm_b rotation 2", 5))
+        self.assertIn("rotations:", rotation["yaml"])
+        out = self.folder / "axis.yaml"
+        self.assert_ok(system.run("can", "import", sheet("gold-like"), "-o", out))
+        self.assertIn("translations:", out.read_text())
+
+    def test_a_dcf_brings_its_node(self):
+        dcf = self.folder / "drive.dcf"
+        dcf.write_bytes(sheet("gold-like").read_bytes().rstrip(b"\x1a") + b"[DeviceComissioning]\r\nNodeID=12\r\n")
+        report = self.report(dcf, code=0)
+        self.assertEqual(report["node"], 12)
+
+    def test_what_is_no_data_sheet_is_refused(self):
+        cases = {"pdf": (b"%PDF-1.4\n", "found no [section]"), "empty": (b"", "found no [section]"),
+                 "head": (b"[DeviceInfo]\nProductName=X\n", "found no object"),
+                 "wide": (b"\xff\xfe[\0D\0", "UTF-16")}
+        for name, (content, words) in cases.items():
+            path = self.folder / name
+            path.write_bytes(content)
+            answer = system.run("can", "import", path)
+            self.assertEqual(answer.returncode, 2)
+            self.assertIn(f"{path}:1: ", answer.stderr)
+            self.assertIn(words, answer.stderr)
+        answer = system.run("can", "import", self.folder / "nothing.eds")
+        self.assertEqual(answer.returncode, 2)
+        self.assertIn("cannot be opened", answer.stderr)
+        answer = system.run("can", "import", sheet("gold-like"), "--axis", "arm_c translation 1")
+        self.assertEqual(answer.returncode, 2)
+        self.assertIn("expected one of 'arm_a translation 1'", answer.stderr)
+
+
+if __name__ == "__main__":
+    system.main()
