@@ -34,6 +34,17 @@ void setIdentity(YAML::Node drive, const char* key, std::uint32_t number) {
   }
 }
 
+void setUnit(YAML::Node drive,
+             const std::string& key,
+             const std::array<const char*, hal::kRateUnits.size()>& words,
+             hal::RateUnit unit,
+             double scale) {
+  drive[key] = words[static_cast<std::size_t>(unit)];
+  drive.remove(key + "_scale");
+  if (scale != 1.0)
+    drive[key + "_scale"] = scale;
+}
+
 }  // namespace
 
 std::string axisBlock(const std::filesystem::path& file,
@@ -53,6 +64,9 @@ std::string axisBlock(const std::filesystem::path& file,
   setIdentity(of_group, "revision", drive.identity.revision);
   if (drive.mode != from.mode)
     of_group["mode"] = mode;
+  setUnit(of_group, "velocity_unit", hal::kVelocityUnits, drive.units.velocity, drive.units.velocity_scale);
+  setUnit(of_group, "acceleration_unit", hal::kAccelerationUnits, drive.units.acceleration,
+          drive.units.acceleration_scale);
   if (drive.temperature_index == 0) {
     of_group.remove("temperature_object");
     of_group.remove("temperature_scale");

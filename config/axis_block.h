@@ -11,10 +11,10 @@
 namespace tandem::config {
 
 /** A group with this axis alone, as YAML: the keys and values of the file, with the node and the identity of `drive`,
- * its mode if it is not the file's, and its temperature object only if it has one. The text ends inside the mapping of
- * the axis: lines indented by eight blanks may follow.
+ * its units, its mode if it is not the file's, and its temperature object only if it has one. The text ends inside the
+ * mapping of the axis: lines indented by eight blanks may follow.
  * @param file, hardware the hardware file and what it contains. @param axis index in hardware.axes
- * @param mode "csp" or "csv"
+ * @param mode "csp", "csv" or "pv"
  * @throw std::runtime_error if the file has changed meanwhile. */
 std::string axisBlock(const std::filesystem::path& file,
                       const hal::HardwareConfig& hardware,

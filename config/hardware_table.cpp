@@ -154,21 +154,21 @@ const Mapping& torqueTable() {
   return table;
 }
 
+Words<hal::RateUnit> unitWords(const std::array<const char*, hal::kRateUnits.size()>& texts) {
+  Words<hal::RateUnit> words;
+  for (const hal::RateUnit unit : hal::kRateUnits)
+    words.emplace_back(texts[static_cast<std::size_t>(unit)], unit);
+  return words;
+}
+
 std::vector<Field> unitFields() {
   using hal::DriveUnits;
-  using hal::RateUnit;
   return {
-      text("velocity_unit", "unit of the objects with velocities: of the motor's shaft",
-           {{"counts_per_s", RateUnit::kCounts},
-            {"rpm", RateUnit::kRevolutionsPerMinute},
-            {"rev_per_s", RateUnit::kRevolutionsPerSecond}},
+      text("velocity_unit", "unit of the objects with velocities: of the motor's shaft", unitWords(hal::kVelocityUnits),
            &AxisConfig::units, &DriveUnits::velocity),
       positive("velocity_unit_scale", kNone, "numbers in these objects per one of the unit: 1000 for thousandths",
                &AxisConfig::units, &DriveUnits::velocity_scale),
-      text("acceleration_unit", "unit of the objects with accelerations",
-           {{"counts_per_s2", RateUnit::kCounts},
-            {"rpm_per_s", RateUnit::kRevolutionsPerMinute},
-            {"rev_per_s2", RateUnit::kRevolutionsPerSecond}},
+      text("acceleration_unit", "unit of the objects with accelerations", unitWords(hal::kAccelerationUnits),
            &AxisConfig::units, &DriveUnits::acceleration),
       positive("acceleration_unit_scale", kNone, "numbers in these objects per one of the unit", &AxisConfig::units,
                &DriveUnits::acceleration_scale),

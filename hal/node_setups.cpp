@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
 
 #include "hal/nanoseconds.h"
 
@@ -91,48 +90,29 @@ void appendInterpolation(std::vector<SetupStep>& steps, double period) {
   steps.push_back(optional(canopen::write({0x60C2, 2}, exponent, 1, "interpolation period exponent")));
 }
 
-/** The drive's own statement of a unit (60A9, 60AA): power of ten, then numerator and denominator in the numbers of
- * CiA 303-2. A unit that is none of these, and an object that is absent or 0, say nothing. */
-struct UnitCode {
-  RateUnit unit;
-  std::uint32_t code;
-};
-constexpr UnitCode kVelocityCodes[] = {{RateUnit::kCounts, 0xB50300},
-                                       {RateUnit::kRevolutionsPerMinute, 0xB44700},
-                                       {RateUnit::kRevolutionsPerSecond, 0xB40300}};
-constexpr UnitCode kAccelerationCodes[] = {{RateUnit::kCounts, 0xB55700},
-                                           {RateUnit::kRevolutionsPerMinute, 0xC00300},
-                                           {RateUnit::kRevolutionsPerSecond, 0xB45700}};
-
-/// Refuses a drive that states another unit than the hardware file.
+/// Refuses a drive that states another unit than the hardware file. A unit that is not known, and an object that is
+/// absent or 0, say nothing.
 SetupStep unitStep(canopen::ObjectAddress object,
-                   std::span<const UnitCode> codes,
+                   std::uint32_t (*codeOf)(RateUnit, double),
                    RateUnit unit,
                    double scale,
                    const char* what) {
-  constexpr int kSmallestPower = -6;  // micro
-  const auto with = [](int power, std::uint32_t code) {
-    return std::uint32_t{static_cast<std::uint8_t>(power)} << 24 | code;
-  };
-  const int power = -static_cast<int>(std::lround(std::log10(scale)));
-  SetupStep step = optional(canopen::check(object, 0, 4, what));
-  for (const UnitCode& known : codes) {
-    if (known.unit == unit)
-      step.value = with(power, known.code);
-  }
-  for (const UnitCode& known : codes) {
-    for (int p = kSmallestPower; p <= 0; ++p) {
-      if (with(p, known.code) != step.value)
-        step.refused.push_back(with(p, known.code));
+  const std::uint32_t expected = codeOf(unit, scale);
+  SetupStep step = optional(canopen::check(object, expected, 4, what));
+  for (const RateUnit other : kRateUnits) {
+    for (int power = kSmallestUnitPower; power <= 0; ++power) {
+      const std::uint32_t code = codeOf(other, std::pow(10.0, -power));
+      if (code != expected)
+        step.refused.push_back(code);
     }
   }
   return step;
 }
 
 void appendUnits(std::vector<SetupStep>& steps, const DriveUnits& units) {
-  steps.push_back(unitStep({0x60A9, 0}, kVelocityCodes, units.velocity, units.velocity_scale,
+  steps.push_back(unitStep({0x60A9, 0}, velocityCode, units.velocity, units.velocity_scale,
                            "unit of velocities (velocity_unit of the hardware file)"));
-  steps.push_back(unitStep({0x60AA, 0}, kAccelerationCodes, units.acceleration, units.acceleration_scale,
+  steps.push_back(unitStep({0x60AA, 0}, accelerationCode, units.acceleration, units.acceleration_scale,
                            "unit of accelerations (acceleration_unit of the hardware file)"));
 }
 
@@ -216,7 +196,7 @@ void appendHoming(std::vector<SetupStep>& steps, const AxisConfig& axis) {
 SetupStep awaitMode(DriveMode mode) {
   SetupStep step = canopen::check(objects::kModeDisplay, static_cast<int>(mode), 1, "mode of operation display");
   step.kind = SetupStep::Kind::kAwait;
-  step.optional = true;
+  step.late = true;
   step.timeout = kSecond / 2;
   return step;
 }

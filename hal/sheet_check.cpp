@@ -94,17 +94,17 @@ class Judge {
     const SetupStep& step = finding.step;
     const auto before = written_.find(step.object);
     const bool known = before != written_.end() || object.has_value;
-    const std::uint64_t value = before != written_.end() ? before->second : bits(object);
+    const std::uint64_t all = before != written_.end() ? before->second : bits(object);
+    bool fits = true;
+    const std::uint64_t value = canopen::withoutExtension(all, 8 * sizeOf(object.type), 8 * step.size, fits);
     // What a drive shows while it runs is not in its data sheet.
     const bool judged = step.kind == SetupStep::Kind::kCheck;
     if (!readable(object.access)) {
       refuse(finding, "write-only");
-    } else if (step.size != 0 && sizeOf(object.type) != step.size) {
-      refuse(finding, sizeReason(object, step.size));
     } else if (judged && !known) {
       finding.verdict = Verdict::kUnknown;
       finding.reason = "no value in the data sheet";
-    } else if (judged && ((value ^ step.value) & step.mask & ones(step.size)) != 0) {
+    } else if (judged && !(fits && step.passes(value))) {
       refuse(finding, "found " + hex(value) + ", expected " + hex(step.value) +
                           ((~step.mask & ones(step.size)) == 0 ? "" : " in the bits " + hex(step.mask)));
     }
@@ -149,8 +149,12 @@ class Judge {
 std::vector<SetupStep> limitSteps(const AxisConfig& axis) {
   const AxisUnits units(axis.gearing);
   const std::int64_t first = units.toCounts(axis.lower).value, second = units.toCounts(axis.upper).value;
-  return {canopen::write(objects::kLowerLimit, std::min(first, second), 4, "lower software limit"),
-          canopen::write(objects::kUpperLimit, std::max(first, second), 4, "upper software limit")};
+  std::vector<SetupStep> steps{
+      canopen::write(objects::kLowerLimit, std::min(first, second), 4, "lower software limit"),
+      canopen::write(objects::kUpperLimit, std::max(first, second), 4, "upper software limit")};
+  for (SetupStep& step : steps)
+    step.protections = bit(Protection::kSoftwareLimits);
+  return steps;
 }
 
 }  // namespace

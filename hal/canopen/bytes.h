@@ -32,4 +32,15 @@ constexpr std::uint64_t lowBits(std::uint64_t value, int bits) noexcept {
   return bits >= 64 ? value : value & ((std::uint64_t{1} << bits) - 1);
 }
 
+/** The number of an object of `bits` bits (0: any) that was sent in `sent` bits: more bits than it has may only extend
+ * it by zeros or by its sign. @param[out] fits  false: they are part of a larger number; all of it is returned. */
+constexpr std::uint64_t withoutExtension(std::uint64_t all, int sent, int bits, bool& fits) noexcept {
+  fits = true;
+  if (bits == 0 || sent <= bits)
+    return all;
+  const std::uint64_t number = lowBits(all, bits);
+  fits = all == number || all == lowBits(static_cast<std::uint64_t>(signExtend(number, bits)), sent);
+  return fits ? number : all;
+}
+
 }  // namespace tandem::hal::canopen

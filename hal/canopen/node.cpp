@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/canopen/node.h"
 
-#include <algorithm>
 #include <cstdio>
 #include <stdexcept>
 
@@ -282,13 +281,11 @@ void Node::judge(std::int64_t now) noexcept {
   const std::uint64_t value = sdo_.value(step.size, size_fits);
   values_[step_] = value;
   has_value_[step_] = true;
-  const bool equal = size_fits && (step.refused.empty() ? ((value ^ step.value) & step.mask) == 0
-                                                        : std::ranges::find(step.refused, value) == step.refused.end());
-  if (step.kind == SetupStep::Kind::kRead ? size_fits : equal) {
+  if (size_fits && (step.kind == SetupStep::Kind::kRead || step.passes(value))) {
     nextStep();
   } else if (step.kind == SetupStep::Kind::kAwait && size_fits && now < step_deadline_) {
     beginTransfer(now);
-  } else if (step.kind == SetupStep::Kind::kAwait && step.optional) {
+  } else if (step.late) {
     nextStep();
   } else if (refused_ != SdoAbort::kNone || (step.protections & lost_) != 0) {
     lose(refused_);

@@ -96,16 +96,12 @@ void SdoClient::sent(std::int64_t now) noexcept {
 std::uint64_t SdoClient::value() const noexcept { return fromBytes(data()); }
 
 std::uint64_t SdoClient::value(int size, bool& fits) const noexcept {
-  const std::uint64_t all = value();
-  const int sent = 8 * std::min(static_cast<int>(data().size()), 8);
   const int bits = 8 * size;
+  const int sent = 8 * std::min(static_cast<int>(data().size()), 8);
+  if (all_count_ || bits == 0)
+    return withoutExtension(value(), sent, bits, fits);
   fits = true;
-  if (bits == 0 || sent <= bits)
-    return all;
-  const std::uint64_t number = lowBits(all, bits);
-  const std::uint64_t extended = lowBits(static_cast<std::uint64_t>(signExtend(number, bits)), sent);
-  fits = !all_count_ || all == number || all == extended;
-  return fits ? number : all;
+  return lowBits(value(), bits);
 }
 
 void SdoClient::push(const CanFrame& frame) noexcept {

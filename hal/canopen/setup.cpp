@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/canopen/setup.h"
 
+#include <algorithm>
+
 #include "hal/canopen/bytes.h"
 
 namespace tandem::hal::canopen {
@@ -17,6 +19,12 @@ SetupStep step(SetupStep::Kind kind, ObjectAddress object, std::int64_t value, i
 }
 
 }  // namespace
+
+bool SetupStep::passes(std::uint64_t number) const noexcept {
+  if (!refused.empty())
+    return std::ranges::find(refused, number) == refused.end();
+  return ((number ^ value) & mask) == 0;
+}
 
 SetupStep write(ObjectAddress object, std::int64_t value, int size, std::string what) {
   return step(SetupStep::Kind::kWriteVerify, object, value, size, std::move(what));

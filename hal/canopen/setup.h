@@ -25,12 +25,16 @@ struct SetupStep {
   std::uint64_t value = 0;
   std::uint64_t mask = ~std::uint64_t{0};
   std::string what;       ///< description: "quick stop option"
-  bool optional = false;  ///< skipped if the node does not have the object; kAwait: also after its time-out
+  bool optional = false;  ///< skipped if the node does not have the object
+  bool late = false;      ///< of kAwait: the next step follows after its time-out, too
   /// Bits, defined by the caller, of what is lost without this step, which then is optional. It is also skipped if the
   /// object is read-only or refuses the value; nothing is lost if it has the value already.
   std::uint32_t protections = 0;
   std::vector<std::uint64_t> refused{};  ///< of kCheck: if there are any, every other value passes
   std::int64_t timeout = 1'000'000'000;  ///< of kAwait, ns
+
+  /// kCheck, kAwait, read-back: this number is what is expected.
+  bool passes(std::uint64_t number) const noexcept;
 };
 
 /// Negative numbers keep their two's complement in `size` bytes.

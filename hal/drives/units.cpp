@@ -25,7 +25,36 @@ double perCount(RateUnit unit, double counts_per_revolution) {
   return 1.0;
 }
 
+using Codes = std::array<std::uint32_t, kRateUnits.size()>;
+constexpr Codes kVelocityCodes{0xB50300, 0xB44700, 0xB40300};
+constexpr Codes kAccelerationCodes{0xB55700, 0xC00300, 0xB45700};
+
+std::uint32_t codeOf(const Codes& codes, RateUnit unit, double scale) {
+  const auto power = static_cast<std::int8_t>(-std::lround(std::log10(scale)));
+  return std::uint32_t{static_cast<std::uint8_t>(power)} << 24 | codes[static_cast<std::size_t>(unit)];
+}
+
+std::optional<std::pair<RateUnit, double>> unitOf(const Codes& codes, std::uint32_t code) {
+  for (const RateUnit unit : kRateUnits) {
+    for (int power = kSmallestUnitPower; power <= 0; ++power) {
+      const double scale = std::pow(10.0, -power);
+      if (codeOf(codes, unit, scale) == code)
+        return std::pair{unit, scale};
+    }
+  }
+  return std::nullopt;
+}
+
 }  // namespace
+
+std::uint32_t velocityCode(RateUnit unit, double scale) { return codeOf(kVelocityCodes, unit, scale); }
+std::uint32_t accelerationCode(RateUnit unit, double scale) { return codeOf(kAccelerationCodes, unit, scale); }
+std::optional<std::pair<RateUnit, double>> unitOfVelocityCode(std::uint32_t code) {
+  return unitOf(kVelocityCodes, code);
+}
+std::optional<std::pair<RateUnit, double>> unitOfAccelerationCode(std::uint32_t code) {
+  return unitOf(kAccelerationCodes, code);
+}
 
 AxisUnits::AxisUnits(const Gearing& gearing, const DriveUnits& drive) {
   const auto positive = [](double value, const char* what) {

@@ -2,7 +2,10 @@
 /** @file Conversion between encoder counts and joint positions (m, rad). */
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <optional>
+#include <utility>
 
 namespace tandem::hal {
 
@@ -21,6 +24,12 @@ enum class RateUnit : std::uint8_t {
   kRevolutionsPerMinute,  ///< rpm, rpm/s
   kRevolutionsPerSecond,  ///< 1/s, 1/s^2
 };
+inline constexpr std::array kRateUnits{RateUnit::kCounts, RateUnit::kRevolutionsPerMinute,
+                                       RateUnit::kRevolutionsPerSecond};
+
+/// Words of a hardware file for them, for velocities and for accelerations.
+inline constexpr std::array kVelocityUnits{"counts_per_s", "rpm", "rev_per_s"};
+inline constexpr std::array kAccelerationUnits{"counts_per_s2", "rpm_per_s", "rev_per_s2"};
 
 /** Units of the objects with velocities (60FF, 6081, 6099, ...) and accelerations (6083 to 6085, 609A, ...). */
 struct DriveUnits {
@@ -29,6 +38,15 @@ struct DriveUnits {
   double velocity_scale = 1.0;  ///< numbers in the object per one of the unit: 1000 if it counts in thousandths
   double acceleration_scale = 1.0;
 };
+
+/** Number of CiA 303-2 with which a drive states these units in 60A9 (velocity) and 60AA (acceleration): power of ten,
+ * numerator, denominator. Accelerations in rpm per second have the number that drives of maxon give them. */
+std::uint32_t velocityCode(RateUnit unit, double scale);
+std::uint32_t accelerationCode(RateUnit unit, double scale);
+/// Units that such a number states, and the scale; nothing for another one.
+std::optional<std::pair<RateUnit, double>> unitOfVelocityCode(std::uint32_t code);
+std::optional<std::pair<RateUnit, double>> unitOfAccelerationCode(std::uint32_t code);
+inline constexpr int kSmallestUnitPower = -6;  ///< of ten, in such a number
 
 /** A position in counts that a 32-bit object can hold, or the nearest one. */
 struct Counts {

@@ -5,6 +5,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <tuple>
 
 #include "config/axis_block.h"
 #include "config/config.h"
@@ -43,7 +44,8 @@ struct Import {
 };
 
 const std::pair<const char*, hal::DriveMode> kModes[] = {{"csp", hal::DriveMode::kCyclicPosition},
-                                                         {"csv", hal::DriveMode::kCyclicVelocity}};
+                                                         {"csv", hal::DriveMode::kCyclicVelocity},
+                                                         {"pv", hal::DriveMode::kProfileVelocity}};
 
 std::string importHex(std::uint64_t value) {
   char text[24];
@@ -92,22 +94,34 @@ void chooseMode(Import& job, const std::string& wanted) {
   job.drive.mode = kModes[0].second;
 }
 
-/// Objects with which a drive chooses its units: what the HAL writes may mean something else there.
-void noteUnits(Import& job) {
-  std::string found;
-  for (const std::uint16_t index : {0x60A8, 0x60A9, 0x60AA, 0x6091, 0x6092, 0x6096, 0x6097}) {
-    char text[24];
+/// Takes the units that the sheet states; names the objects with which a drive chooses other ones.
+void chooseUnits(Import& job) {
+  const auto stated = [&](std::uint16_t index) {
     const EdsObject* object = job.sheet.find({index, 0});
+    return object != nullptr && object->has_value ? static_cast<std::uint32_t>(object->value) : 0u;
+  };
+  hal::DriveUnits& units = job.drive.units;
+  if (const auto unit = hal::unitOfVelocityCode(stated(0x60A9))) {
+    std::tie(units.velocity, units.velocity_scale) = *unit;
+    job.notes.push_back("velocities: " + std::string(hal::kVelocityUnits[static_cast<std::size_t>(unit->first)]) +
+                        " (60A9 = " + importHex(stated(0x60A9)) + ")");
+  }
+  if (const auto unit = hal::unitOfAccelerationCode(stated(0x60AA))) {
+    std::tie(units.acceleration, units.acceleration_scale) = *unit;
+    job.notes.push_back(
+        "accelerations: " + std::string(hal::kAccelerationUnits[static_cast<std::size_t>(unit->first)]) +
+        " (60AA = " + importHex(stated(0x60AA)) + ")");
+  }
+  std::string others;
+  for (const std::uint16_t index : {0x6091, 0x6092, 0x6096, 0x6097}) {
+    char text[24];
     std::snprintf(text, sizeof text, "%04X", index);
     if (job.sheet.hasIndex(index))
-      found += (found.empty() ? "" : ", ") + std::string(text) +
-               (object != nullptr && object->has_value && index >= 0x60A8
-                    ? " = " + importHex(static_cast<std::uint32_t>(object->value))
-                    : "");
+      others += (others.empty() ? "" : ", ") + std::string(text);
   }
-  if (!found.empty())
-    job.notes.push_back("the drive has units of its own (" + found +
-                        "): compare them with what tandem-hal writes in counts, counts/s and counts/s^2, e.g. 6085");
+  if (!others.empty())
+    job.notes.push_back("the drive can have other units (" + others +
+                        "): compare its manual with velocity_unit and acceleration_unit of the axis");
 }
 
 Import prepareImport(const ImportOptions& options) {
@@ -120,7 +134,7 @@ Import prepareImport(const ImportOptions& options) {
   job.drive.node = options.node != 0 ? options.node : job.sheet.node.value_or(job.drive.node);
   chooseMode(job, options.mode);
   const Eds& sheet = job.sheet;
-  noteUnits(job);
+  chooseUnits(job);
   const hal::canopen::ObjectAddress temperature{job.drive.temperature_index, job.drive.temperature_sub};
   if (temperature.index != 0 && sheet.find(temperature) == nullptr) {
     job.notes.push_back("the temperature object " + describe(temperature) + " of the axis is absent: it is left out");

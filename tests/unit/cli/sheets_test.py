@@ -91,7 +91,8 @@ class Import(system.SystemTest):
         self.assertEqual(setup["1017:00"]["need"], "required")
         self.assertEqual(setup["607D:01"]["verdict"], "fits")
         text = self.assert_ok(system.run("can", "import", sheet("epos4-like"))).stdout
-        for words in ("units of its own (60A8 = 0xB50000, 60A9 = 0xB44700, 60AA = 0xC00300)",
+        for words in ("velocities: rpm (60A9 = 0xB44700)", "accelerations: rpm_per_s (60AA = 0xC00300)",
+                      "velocity_unit: rpm\n", "acceleration_unit: rpm_per_s\n",
                       "temperature object 2001:00 of the axis is absent",
                       "modes: profile position, profile velocity, homing, cyclic synchronous position, cyclic synchronous velocity",
                       "6502 = 0x3A5", "PDO mapping: the PDOs of the HAL fit", "lost protections: command_deadline (1400:05)",
