@@ -82,7 +82,9 @@ class Session(HalTest):
         self.assertEqual({axis["guards"] for axis in monitor["axes"]}, {"none"})
         self.assertEqual({axis["temperature"] for axis in monitor["axes"]} - {None}, {25.0})
         self.assertIn("nothing to do", self.assert_ok(system.run("home", "-d", running.path)).stdout)
-        self.assert_refused(system.run("can", "scan", "--bus", self.bus("a")), "master")
+        sheet = system.SOURCE / "sim" / "drives" / "eds" / "tandem-drive.eds"
+        for words in (("scan",), ("dump", "1"), ("compare", sheet, "1"), ("od", "1", "--protections")):
+            self.assert_refused(system.run("can", *words, "--bus", self.bus("a")), "master")
 
         home = running.joints()
         self.assert_ok(running.robot("enable"))

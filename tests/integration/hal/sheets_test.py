@@ -51,6 +51,13 @@ class Sheets(system.SystemTest):
                 self.assertFalse(found["command_deadline"])
                 self.assertEqual(protections.returncode, 0 if sheet.stem != "ipos-like" else 1)
 
+    def test_a_file_that_is_no_data_sheet_is_not_played(self):
+        broken = self.folder / "broken.eds"
+        broken.write_text("no data sheet")
+        answer = system.run("--bus", f"unix:{self.folder / 'bus'}", "--drive-eds", broken, program="tandem-drive-sim")
+        self.assertEqual(answer.returncode, 2)
+        self.assertIn(f"{broken}:1: found no [section]", answer.stdout + answer.stderr)
+
     def test_compare_finds_what_differs(self):
         address, _ = self.play(SHEETS / "gold-like.eds")
         other = self.folder / "other.eds"

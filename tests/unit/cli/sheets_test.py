@@ -109,6 +109,20 @@ class Import(system.SystemTest):
         self.assert_ok(system.run("can", "import", sheet("gold-like"), "-o", out))
         self.assertIn("translations:", out.read_text())
 
+    def test_what_a_sheet_leaves_out(self):
+        text = sheet("gold-like").read_bytes()
+        changed = self.folder / "changed.eds"
+        cases = [(rb"\[1017\]\r\n(?:[^\[]*)", b"", 1, "1017:00", "refused", "absent"),
+                 (rb"DEFAULTVALUE=0X000001A1\r\n", b"", 0, "6502:00", "unknown", "no value in the data sheet"),
+                 (rb"(\[6064\]\r\n(?:.*\r\n){4}PDOMAPPING)=1", rb"\1=0", 1, "1A00:02", "refused", "6064:00 cannot be mapped into a PDO")]
+        for pattern, by, code, name, verdict, reason in cases:
+            with self.subTest(name):
+                content, count = re.subn(pattern, by, text)
+                self.assertEqual(count, 1)
+                changed.write_bytes(content)
+                row = next(row for row in self.report(changed, code=code)["setup"] if row["object"] == name)
+                self.assertEqual((row["verdict"], row["reason"]), (verdict, reason))
+
     def test_a_dcf_brings_its_node(self):
         dcf = self.folder / "drive.dcf"
         dcf.write_bytes(sheet("gold-like").read_bytes().rstrip(b"\x1a") + b"[DeviceComissioning]\r\nNodeID=12\r\n")
