@@ -49,11 +49,12 @@ set(CPACK_DEBIAN_DEV_PACKAGE_NAME libtandem-dev)
 set(CPACK_COMPONENT_DEV_DESCRIPTION
     "models and control of cooperating continuum robots, for C++ programs
 Headers, static libraries and the CMake package of Tandem: kinematics, redundancy
-resolution, planning, safety, hardware, simulation and robot files.")
+resolution, planning, safety, hardware, simulation, robot files, and what a
+process of one's own on the topics is made of.")
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_PRIORITY optional)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "libeigen3-dev (>= 3.4), coinor-libipopt-dev, libyaml-cpp-dev, tandem-robot")
-set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "cmake, g++")
+set(CPACK_DEBIAN_DEV_PACKAGE_RECOMMENDS "cmake, g++, libfastrtps-dev, libfastcdr-dev, libspdlog-dev, libfmt-dev, libssl-dev")
 
 set(scripts ${PROJECT_SOURCE_DIR}/deploy/packaging/robot)
 set(CPACK_DEBIAN_ROBOT_PACKAGE_CONTROL_EXTRA ${scripts}/postinst ${scripts}/prerm ${scripts}/postrm ${scripts}/conffiles)
