@@ -49,6 +49,7 @@ class Service {
         })) {}
 
   void run(const runtime::StopSignal& stop) {
+    shell_.refuseMismatches([this](const dds::Reply& reply) { replies_.write(reply); });
     const auto requests = shell_.bus().reader(dds::kHalRequest, [this](const dds::HalRequest& m) {
       const std::lock_guard lock(request_mutex_);  // DDS threads; the periodic one takes no lock
       requests_.push({m.client, m.request, m.kind, m.arm});
