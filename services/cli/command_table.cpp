@@ -33,6 +33,8 @@ const std::map<std::string, std::vector<std::string>>& examples() {
         "tandem status --check || echo 'a process is silent'"}},
       {"topics", {"tandem topics", "tandem topics lab.yaml --json"}},
       {"doctor", {"tandem doctor", "tandem doctor lab.yaml --json"}},
+      {"conformance hal",
+       {"tandem conformance hal -d lab.yaml --yes", "tandem conformance hal -d laptop --only enable,silence --json"}},
       {"fk",
        {"echo -0.1,-0.08,-0.05,0.785,0.785,0.785 | tandem fk --arm a --csv -",
         "tandem fk --csv joints.csv --model compliant --wrench 0,0.1,0,0,0,0 --jacobian",

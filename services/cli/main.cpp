@@ -76,7 +76,7 @@ void addCommands(CLI::App& app, int& exit_code) {
         registerJog,        registerSecurity,    registerUnits,   registerRecord,    registerInfo,
         registerReplay,     registerExport,      registerPlot,    registerConsole,   registerTeleop,
         registerMonteCarlo, registerCooperative, registerPresets, registerNew,       registerCompletion,
-        registerShow}) {
+        registerShow,       registerConformance}) {
     part(app, exit_code);
   }
   requireFiniteNumbers(app);
