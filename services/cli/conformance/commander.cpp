@@ -104,10 +104,15 @@ void Commander::check() {
       abort("found " + runtime::describe(other) + ", expected no control: this test commands the drives in its place");
   }
   std::string outside;
+  double silent = 0.0;
   {
     const std::lock_guard lock(mutex_);
     std::swap(outside, outside_);
+    if (!seen_.empty())
+      silent = 1e-9 * static_cast<double>(runtime::monotonicNow() - seen_.back().at);
   }
+  if (const double longest = std::max(5.0, 10.0 * budget()); silent > longest)
+    abort(fmt::format("found no actuation/state for {:.3g} s, expected the process to run", silent));
   if (!outside.empty())
     abort(outside);
 }

@@ -18,7 +18,8 @@
 
 namespace tandem::cli {
 
-/** Ends all tests: an interruption, control beside the test, or a joint outside its permitted range. */
+/** Ends all tests: an interruption, control beside the test, a process that has fallen silent, or a joint outside its
+ * permitted range. */
 struct Aborted : Failure {
   using Failure::Failure;
 };

@@ -25,7 +25,9 @@ void requireNoEffect(Commander& commander, const Spoil& spoil, Verdict& verdict)
     command.request.fill(static_cast<std::uint8_t>(DriveRequest::kEnable));
     spoil(command);
   });
-  requireState(commander, OperatingState::kDisabled, 0, verdict);
+  Verdict disabled;
+  requireState(commander, OperatingState::kDisabled, 0, disabled);
+  verdict.require(disabled.passed(), "DISABLED: a wrong command does not enable", disabled.found());
   requireStill(commander, before, commander.seen(), verdict);
 }
 

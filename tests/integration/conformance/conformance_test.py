@@ -2,6 +2,7 @@
 """`tandem conformance hal` against tandem-sim, and against tandem-hal on simulated drives; what the command refuses."""
 import json
 import pathlib
+import signal
 import subprocess
 import sys
 
@@ -88,6 +89,37 @@ class Command(system.SystemTest):
         other.write_text(path.read_text().replace("tip_gain_per_s: 3", "tip_gain_per_s: 4"))
         start(self, other, system.executable("tandem-sim"))
         self.assert_refused(conformance(path), "no actuation/state with this deployment's fingerprint", "tip_gain: 3")
+
+    def running(self):
+        """A simulator, and a conformance test that has begun to command it."""
+        path = system.deployment(self.folder, "laptop", **system.real_time())
+        simulator = start(self, path, system.executable("tandem-sim"))
+        test = subprocess.Popen([system.executable(), "conformance", "hal", "-d", str(path)], stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, text=True, start_new_session=True)
+        self.addCleanup(system.reap, test)
+        for line in test.stdout:
+            if line.startswith("pass  enable"):
+                return path, simulator, test
+        raise AssertionError(f"the test ended early: {test.stderr.read()}")
+
+    def assert_ends(self, test, reason):
+        _, errors = test.communicate(timeout=30)
+        self.assertEqual(test.returncode, 1, errors)
+        self.assertIn(reason, errors)
+        self.assertIn("the drives have been stopped, the remaining tests have not run", errors)
+
+    def test_an_interruption_stops_the_robot(self):
+        path, _, test = self.running()
+        test.send_signal(signal.SIGINT)
+        self.assert_ends(test, "interrupted")
+        again = conformance(path, "--only", "start")
+        self.assertEqual(again.returncode, 1)
+        self.assertIn("found arm_a FAULT, expected DISABLED", again.stdout)
+
+    def test_a_process_that_ends_ends_the_test(self):
+        _, simulator, test = self.running()
+        simulator.kill()
+        self.assert_ends(test, "found no actuation/state for 5")
 
     def test_json(self):
         path = system.deployment(self.folder, "laptop", **system.real_time())
