@@ -296,7 +296,7 @@ dds::Reply Client::hal(dds::HalRequest request) { return ask("hal", hal_requests
 void Client::say(const std::string& reason) { stops_.write({id_, 1, reason}); }
 
 void Client::stop(const std::string& reason) {
-  const dds::Stop stop{id_, 1, reason};
+  const dds::Stop stop{id_, 1, reason + ", by " + runtime::describeThisProcess(bus_.options().name)};
   stops_.write(stop);  // to matched readers, and again after each discovery: a stop may be received twice
   int reported = 0;
   waitFor(kStopTime, [&](const Snapshot&) {

@@ -82,7 +82,7 @@ Answer answer(Context& context, const Request& request) {
   const AccessDecision decision = context.access.judge(request.access_headers);
   if (!decision.role)
     return refuse(context, decision.status, decision.why);
-  const auto json = context.api(std::string_view(request.path).substr(4), *decision.role);
+  const auto json = context.api(std::string_view(request.path).substr(4), *decision.role, request.address);
   if (!json)
     return refuse(context, 404, "expected /api/robot, /api/trajectories, /api/stats or /api/clock");
   return {200, "application/json", *json, {{"Cache-Control", "no-store"}}};

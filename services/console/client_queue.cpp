@@ -38,7 +38,7 @@ bool ClientQueue::makeRoom(std::size_t size) {
 
 bool ClientQueue::push(std::uint32_t channel, bool may_lose, Outgoing frame) {
   const std::lock_guard lock(mutex_);
-  if (overflown_)
+  if (overflown_ || sealed_)
     return false;
   const bool was_empty = count_ == 0;
   Line& line = lines_[channel];
@@ -83,6 +83,11 @@ void ClientQueue::forget(std::uint32_t channel) {
     bytes_ -= costOf(waiting.frame);
   count_ -= line->second.frames.size();
   lines_.erase(line);
+}
+
+void ClientQueue::seal() {
+  const std::lock_guard lock(mutex_);
+  sealed_ = true;
 }
 
 bool ClientQueue::overflown() const {

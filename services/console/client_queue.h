@@ -40,6 +40,8 @@ class ClientQueue {
   /// Removes the frames of a channel, after its subscription has ended.
   void forget(std::uint32_t channel);
 
+  /// Accepts no further frames.
+  void seal();
   /// Whether the queue has exceeded its limit: it accepts no further frames.
   bool overflown() const;
   /// Samples dropped so far.
@@ -65,7 +67,7 @@ class ClientQueue {
   std::map<std::uint32_t, std::uint64_t> dropped_by_channel_;
   std::uint64_t next_ = 0, dropped_ = 0;
   std::size_t bytes_ = 0, count_ = 0;
-  bool overflown_ = false;
+  bool overflown_ = false, sealed_ = false;
 };
 
 }  // namespace tandem::console

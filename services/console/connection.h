@@ -71,10 +71,11 @@ class ConnectionCounter {
   Context* context_;
 };
 
-inline std::string addressOf(const beast::tcp_stream& stream) {
+/// @param port  whether it follows the address
+inline std::string addressOf(const beast::tcp_stream& stream, bool port) {
   Failed error;
   const auto end = stream.socket().remote_endpoint(error);
-  return error ? "?" : end.address().to_string() + ":" + std::to_string(end.port());
+  return error ? "?" : end.address().to_string() + (port ? ":" + std::to_string(end.port()) : "");
 }
 
 template <class Stream>
@@ -87,7 +88,7 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
       : socket_(std::move(stream)), context_(context), counter_(std::move(counter)), role_(role), rate_(rate) {}
 
   void start(const Header& request, std::string_view subprotocol) {
-    report_.address = addressOf(beast::get_lowest_layer(socket_));
+    report_.address = addressOf(beast::get_lowest_layer(socket_), true);
     report_.role = role_;
     beast::get_lowest_layer(socket_).expires_never();  // from here on the WebSocket's own timeouts apply
     websocket::stream_base::timeout times{};
@@ -108,11 +109,14 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
     });
   }
 
-  void close() override {
-    if (std::exchange(closing_, true))
+  void close(const std::string& reason) override {
+    if (!client_ || std::exchange(closing_, true))
       return;
-    socket_.async_close({websocket::close_code::going_away, "tandem-console is shutting down"},
-                        [self = this->shared_from_this()](Failed) { self->drop(); });
+    client_->note(StatusLevel::kWarning, reason, "end");
+    client_->queue().seal();
+    // The longest reason of a close frame: 123 bytes.
+    reason_ = {websocket::close_code::going_away, reason.substr(0, 123)};
+    writeNext();
   }
 
   void look() override {
@@ -177,13 +181,18 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
   }
 
   void writeNext() {
-    if (writing_ || closing_ || !client_)
+    if (writing_ || closed_ || !client_)
       return;
     if (client_->queue().overflown())
       return cutOff();
     const auto next = client_->queue().pop();
-    if (!next)
+    if (!next) {
+      if (closing_) {
+        closed_ = true;
+        socket_.async_close(reason_, [self = this->shared_from_this()](Failed) { self->drop(); });
+      }
       return;
+    }
     current_ = *next;
     writing_ = true;
     write_began_ = Clock::now();
@@ -218,7 +227,10 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
   Outgoing current_;
   ClientReport report_;
   std::uint64_t counted_bytes_ = 0;
-  bool writing_ = false, closing_ = false;
+  bool writing_ = false;
+  bool closing_ = false;  ///< once the queue is empty
+  bool closed_ = false;   ///< the close frame is being sent
+  websocket::close_reason reason_;
   Clock::time_point write_began_{};
 };
 
@@ -261,7 +273,8 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
     if (error)
       return giveUp();
     const auto& message = parser_->get();
-    const Request request = requestOf(message);
+    Request request = requestOf(message);
+    request.address = addressOf(beast::get_lowest_layer(stream_), false);
     const bool known = context_.access.judge(request.access_headers).role.has_value();
     if (known)
       unauthenticated_.leave();

@@ -15,8 +15,8 @@ namespace tandem::console {
 class Session {
  public:
   virtual ~Session() = default;
-  /// Sends a close frame after the frame being sent.
-  virtual void close() = 0;
+  /// Sends all frames of the queue, the reason as a status, and a close frame with it; accepts no further frames.
+  virtual void close(const std::string& reason) = 0;
   /// Cuts the connection if a frame has not been accepted for too long. Called about once a second.
   virtual void look() = 0;
   /// Cuts the connection at once.
@@ -41,6 +41,7 @@ struct Context {
 struct Request {
   bool head = false, get = false;
   std::string path, query, known_etag;
+  std::string address;  ///< of the client
   AccessHeaders access_headers;
 };
 

@@ -15,6 +15,7 @@
 #include "services/runtime/diagnostics.h"
 #include "services/runtime/periodic_loop.h"
 #include "services/runtime/process.h"
+#include "services/runtime/stop_signal.h"
 
 using namespace tandem;
 
@@ -81,7 +82,9 @@ class Console {
         markers_(bus_, setup.robot),
         clock_(bus_, setup),
         hub_(bytes_, config::armList(setup.robot), std::to_string(setup.session)),
-        server_(options_, hub_, access_, page_, [this](auto path, auto role) { return answer(path, role); }) {}
+        server_(options_, hub_, access_, page_, [this](auto path, auto role, const auto& address) {
+          return answer(path, role, address);
+        }) {}
 
   void run(runtime::StopSignal& stop) {
     spdlog::info("ready: {}://{}:{}/{}{}", options_.tls() ? "https" : "http", options_.address, options_.port,
@@ -92,7 +95,7 @@ class Console {
       load_.look();
       markers_.look();
       reportHealth();
-      return !stop.requested();
+      return stop.requested() ? "tandem-console ended: " + runtime::reasonOfStop() : std::string();
     });
   }
 
@@ -102,10 +105,11 @@ class Console {
     return options;
   }
 
-  std::optional<std::string> answer(std::string_view path, dds::Role role) {
+  std::optional<std::string> answer(std::string_view path, dds::Role role, const std::string& address) {
     if (path == "/robot") {
       nlohmann::ordered_json robot = robot_;
       robot["session"] = std::to_string(setup_.session);
+      robot["client_address"] = address;
       robot["role"] = role == dds::Role::kConsoleOperator ? "operator" : "viewer";
       return robot.dump();
     }

@@ -20,6 +20,7 @@ namespace {
 
 constexpr auto kTick = std::chrono::milliseconds(100);
 constexpr auto kLook = std::chrono::seconds(1);
+constexpr auto kLastMessages = std::chrono::milliseconds(300);
 constexpr auto kGoodbye = std::chrono::seconds(1);  // for clients to close
 
 void expect(const Failed& error, const std::string& what) {
@@ -96,7 +97,7 @@ struct Server::Impl {
       servePlain(std::move(socket), context);
   }
 
-  void onTick(const std::function<bool()>& tick) {
+  void onTick(const std::function<std::string()>& tick) {
     const auto now = std::chrono::steady_clock::now();
     if (now - looked > kLook) {
       looked = now;
@@ -105,7 +106,7 @@ struct Server::Impl {
         session->look();
       context.hub.reportDropped();
     }
-    if (!tick())
+    if (end = tick(); !end.empty())
       return io.stop();
     timer.expires_after(kTick);
     timer.async_wait([this, &tick](Failed error) {
@@ -117,11 +118,15 @@ struct Server::Impl {
   void sayGoodbye() {
     Failed ignored;
     acceptor.close(ignored);
-    for (const auto& session : std::set(context.sessions))
-      session->close();
     io.restart();
-    for (const auto end = std::chrono::steady_clock::now() + kGoodbye;
-         !context.sessions.empty() && std::chrono::steady_clock::now() < end;)
+    // Processes that end at the same time say why; their messages are still forwarded.
+    const auto last = std::chrono::steady_clock::now() + kLastMessages;
+    while (io.run_one_until(last) > 0) {
+    }
+    for (const auto& session : std::set(context.sessions))
+      session->close(end);
+    for (const auto limit = std::chrono::steady_clock::now() + kGoodbye;
+         !context.sessions.empty() && std::chrono::steady_clock::now() < limit;)
       io.run_one_for(kTick);
     for (const auto& session : std::set(context.sessions))
       session->drop();
@@ -133,6 +138,7 @@ struct Server::Impl {
   tcp::acceptor acceptor{io};
   net::steady_timer timer{io}, retry{io};
   std::chrono::steady_clock::time_point looked{};
+  std::string end;  ///< why the server ends
 };
 
 Server::Server(const config::Console& options, Hub& hub, const Access& access, const Page& page, Api api)
@@ -140,7 +146,7 @@ Server::Server(const config::Console& options, Hub& hub, const Access& access, c
 
 Server::~Server() = default;
 
-void Server::run(const std::function<bool()>& tick) {
+void Server::run(const std::function<std::string()>& tick) {
   impl_->accept();
   impl_->onTick(tick);
   impl_->io.run();

@@ -44,11 +44,12 @@ struct ServerReport {
   double bytes_per_second = 0.0;
 };
 
-/** Serves until `tick` returns false. All methods but run() are called within run()'s callbacks. */
+/** Serves until `tick` returns a reason to end. All methods but run() are called within run()'s callbacks. */
 class Server {
  public:
-  /// Answer to a path below /api, as JSON; empty if there is no such path.
-  using Api = std::function<std::optional<std::string>(std::string_view path, dds::Role role)>;
+  /// Answer to a path below /api, as JSON; empty if there is no such path. @param address  of the client
+  using Api =
+      std::function<std::optional<std::string>(std::string_view path, dds::Role role, const std::string& address)>;
 
   /// Binds. All arguments must outlive the server.
   /// @throw std::invalid_argument with key and file of an invalid certificate or key, or with the address that cannot
@@ -58,8 +59,9 @@ class Server {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
-  /// Serves; calls `tick` about ten times a second and ends when it returns false: clients then receive a close frame.
-  void run(const std::function<bool()>& tick);
+  /// Serves; calls `tick` about ten times a second and ends when it returns a reason. Clients then receive all messages
+  /// that have arrived, of a last moment too, the reason as status, and a close frame with it.
+  void run(const std::function<std::string()>& tick);
 
   ServerReport report() const;
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/control/control_request_handler.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <charconv>
 #include <cmath>
 
@@ -74,6 +76,19 @@ ControlRequestHandler::Settings ControlRequestHandler::changed(const dds::Contro
       return s;
   }
   throw std::invalid_argument("found parameter '" + name + "', expected one of: " + names);
+}
+
+runtime::Details ControlRequestHandler::parameters() const {
+  const std::lock_guard lock(mutex_);
+  runtime::Details values;
+  const auto add = [&values](const char* name, double value) {
+    values.push_back({runtime::kParameterKey + std::string(name), fmt::format("{}", value)});
+  };
+  add("relative_gain", settings_.gains.relative);
+  add("tip_gain", settings_.gains.tip);
+  for (const control::TunableParameter& parameter : control::kTunableParameters)
+    add(parameter.name, settings_.parameters.*parameter.member);
+  return values;
 }
 
 std::optional<operation::ParsedControlRequest> ControlRequestHandler::parse(const dds::ControlRequest& request,

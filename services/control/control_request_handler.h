@@ -10,6 +10,7 @@
 #include "operation/requests.h"
 #include "planning/reference_tracker.h"
 #include "services/dds/messages.h"
+#include "services/runtime/diagnostics.h"
 #include "services/runtime/periodic_loop.h"
 #include "services/runtime/process.h"
 
@@ -36,6 +37,9 @@ class ControlRequestHandler {
 
   /// Converts a reply; also stores the settings of an accepted method and deletes retired trackers.
   dds::Reply replyTo(const operation::ControlReply& reply);
+
+  /// Present values of the parameters, for diagnostics.
+  runtime::Details parameters() const;
 
   /// Creates a tracker with the present settings.
   std::unique_ptr<planning::ReferenceTracker> makeTracker() const;

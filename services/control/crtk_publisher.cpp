@@ -46,9 +46,9 @@ CrtkPublisher::CrtkPublisher(dds::Bus& bus, const runtime::Setup& setup, const r
   }
 }
 
-void CrtkPublisher::publish(const Snapshot& snapshot, std::int64_t stamp) {
+void CrtkPublisher::publish(const Snapshot& snapshot, std::int64_t stamp, const runtime::Details& parameters) {
   stamp_ = stamp;
-  publishDiagnostics(snapshot);
+  publishDiagnostics(snapshot, parameters);
   catheters_known_ = catheters_ && catheters_->update(snapshot.state);
   for (int k = 0; k < robot_.armCount(); ++k)
     publishArm(arms_[static_cast<std::size_t>(k)], k, snapshot);
@@ -201,7 +201,7 @@ void CrtkPublisher::publishState(Ends& ends, dds::OperatingState state) {
   ends.last_state = std::move(state);
 }
 
-void CrtkPublisher::publishDiagnostics(const Snapshot& snapshot) {
+void CrtkPublisher::publishDiagnostics(const Snapshot& snapshot, const runtime::Details& parameters) {
   const dds::ControlStatus& status = snapshot.status;
   std::string states, faults, idle;
   for (int k = 0; k < robot_.armCount(); ++k) {
@@ -230,6 +230,7 @@ void CrtkPublisher::publishDiagnostics(const Snapshot& snapshot) {
                           {"reference_success", std::to_string(status.reference_success)},
                           {"jitter_max_s", std::to_string(status.jitter_max)},
                           {"cycle_time_max_s", std::to_string(status.cycle_time_max)}};
+  values.insert(values.end(), parameters.begin(), parameters.end());
   std::string paused;
   if (const auto client = bus_.identityOf(status.paused_by); client && status.paused_by != 0) {
     paused = "; paused by " + runtime::describe(*client);

@@ -32,8 +32,8 @@ struct Snapshot {
 class CrtkPublisher {
  public:
   CrtkPublisher(dds::Bus& bus, const runtime::Setup& setup, const robots::RobotModel& robot);
-  /// @param stamp  of the messages, ROS time, ns
-  void publish(const Snapshot& snapshot, std::int64_t stamp);
+  /// @param stamp  of the messages, ROS time, ns @param parameters  of the method, for diagnostics
+  void publish(const Snapshot& snapshot, std::int64_t stamp, const runtime::Details& parameters);
 
  private:
   /** Writers of the topics common to an arm and the pair. */
@@ -76,7 +76,7 @@ class CrtkPublisher {
   void publishState(Ends& ends, dds::OperatingState state);
   Place placeOf(int k, const Joints& joints, kinematics::Branch& branch) const;
   dds::OperatingState stateOf(int k, const Snapshot& snapshot) const;
-  void publishDiagnostics(const Snapshot& snapshot);
+  void publishDiagnostics(const Snapshot& snapshot, const runtime::Details& parameters);
   void publishShape(Arm& arm, int k, const Eigen::VectorXd& q);
   void publishCatheter(Arm& arm, int k);
 

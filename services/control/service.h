@@ -155,7 +155,7 @@ struct Service {
   }
 
   void publish(const Snapshot& m) {
-    crtk.publish(m, crtk_command_handler.stampFeedback(m.state, m.status));
+    crtk.publish(m, crtk_command_handler.stampFeedback(m.state, m.status), handler.parameters());
     permissions.write(m.permissions);
     operators.publish(m.status, m.operators, m.crtk);
   }

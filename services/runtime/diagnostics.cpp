@@ -4,10 +4,12 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <exception>
 
 #include "services/runtime/identity.h"
 #include "services/runtime/log.h"
 #include "services/runtime/periodic_loop.h"
+#include "services/runtime/stop_signal.h"
 
 namespace tandem::runtime {
 
@@ -21,7 +23,24 @@ Diagnostics::Diagnostics(dds::Bus& bus, const Setup& setup)
   addLogSink(log_);
 }
 
-Diagnostics::~Diagnostics() { removeLogSink(log_); }
+Diagnostics::~Diagnostics() {
+  removeLogSink(log_);
+  const std::string reason = std::uncaught_exceptions() > 0 ? "an error; see its log" : reasonOfStop();
+  write(monotonicNow(), Level::kStale, kEnded + (reason.empty() ? "it is done" : reason), {});
+}
+
+void Diagnostics::write(std::int64_t instant, Level level, const std::string& message, Details values) {
+  dds::DiagnosticArray array;
+  array.stamp = time_.of(instant);
+  dds::DiagnosticStatus status;
+  status.level = static_cast<std::uint8_t>(level);
+  status.name = "tandem-" + service_;
+  status.message = message;
+  status.hardware_id = robot_;
+  status.values = std::move(values);
+  array.status.push_back(std::move(status));
+  writer_.write(array);
+}
 
 void Diagnostics::publish(std::int64_t instant, Level level, const std::string& message, Details values) {
   const std::int64_t now = monotonicNow();
@@ -49,16 +68,7 @@ void Diagnostics::publish(std::int64_t instant, Level level, const std::string& 
     level = std::max(level, Level::kWarn);
     dropped_ = dropped;
   }
-  dds::DiagnosticArray array;
-  array.stamp = time_.of(instant);
-  dds::DiagnosticStatus status;
-  status.level = static_cast<std::uint8_t>(level);
-  status.name = "tandem-" + service_;
-  status.message = text;
-  status.hardware_id = robot_;
-  status.values = std::move(values);
-  array.status.push_back(std::move(status));
-  writer_.write(array);
+  write(instant, level, text, std::move(values));
 }
 
 }  // namespace tandem::runtime

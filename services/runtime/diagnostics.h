@@ -22,14 +22,19 @@ inline constexpr const char* kDroppedKey = "dropped ";
 inline constexpr const char* kMismatchKey = "mismatch ";
 /// In control's diagnostics, key of the name of the client that has paused the arms: this prefix and the client's id.
 inline constexpr const char* kPausedByKey = "paused_by ";
+/// Prefix of the message with which a service ends; the reason follows.
+inline constexpr const char* kEnded = "ended: ";
+/// In control's diagnostics, key of the present value of a parameter of the method: this prefix and its name.
+inline constexpr const char* kParameterKey = "parameter ";
 
 /** Publishes one DiagnosticStatus of a service, at most once a second and at once when its level changes. For publisher
  * threads. */
 class Diagnostics {
  public:
-  enum class Level : std::uint8_t { kOk = 0, kWarn = 1, kError = 2 };
+  enum class Level : std::uint8_t { kOk = 0, kWarn = 1, kError = 2, kStale = 3 };
 
   Diagnostics(dds::Bus& bus, const Setup& setup);
+  /// Publishes that the service ends, and why.
   ~Diagnostics();
   Diagnostics(const Diagnostics&) = delete;
   Diagnostics& operator=(const Diagnostics&) = delete;
@@ -40,6 +45,8 @@ class Diagnostics {
   void publish(std::int64_t instant, Level level, const std::string& message, Details values);
 
  private:
+  void write(std::int64_t stamp, Level level, const std::string& message, Details values);
+
   dds::Bus& bus_;
   std::string service_, robot_;
   dds::Writer<dds::DiagnosticArray> writer_;

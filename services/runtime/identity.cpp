@@ -61,6 +61,14 @@ std::string describe(const dds::Identity& identity) {
   return identity.process + " (pid " + std::to_string(identity.pid) + " on " + identity.host + ")";
 }
 
+std::string describeThisProcess(const std::string& process) {
+  dds::Identity identity;
+  identity.process = process;
+  identity.host = machineName();
+  identity.pid = static_cast<std::uint32_t>(::getpid());
+  return describe(identity);
+}
+
 std::string mismatch(const dds::Identity& ours, const dds::Identity& theirs) {
   if (ours.fingerprint == theirs.fingerprint)
     return {};

@@ -22,6 +22,9 @@ dds::Identity identityOf(const config::Deployment& deployment, const std::string
 /// "control (pid 12 on robot-pc)".
 std::string describe(const dds::Identity& identity);
 
+/// The same of this process, under a name.
+std::string describeThisProcess(const std::string& process);
+
 /// Difference of two processes: "control (pid 12 on robot-pc) uses another robot or deployment: ...", with the values
 /// that differ; empty if their fingerprints are equal.
 std::string mismatch(const dds::Identity& ours, const dds::Identity& theirs);

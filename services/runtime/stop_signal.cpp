@@ -71,6 +71,21 @@ StopSignal::~StopSignal() {
   close(g_event.exchange(-1));
 }
 
+std::string reasonOfStop() {
+  if (!g_requested)
+    return {};
+  switch (g_signal.load()) {
+    case SIGINT:
+      return "SIGINT (Ctrl-C)";
+    case SIGTERM:
+      return "SIGTERM (another process asked for it, e.g. `tandem down` or systemd)";
+    case SIGHUP:
+      return "SIGHUP (its terminal was closed)";
+    default:
+      return "it is done";
+  }
+}
+
 bool StopSignal::requested() const noexcept { return g_requested; }
 
 int StopSignal::signal() const noexcept { return g_signal; }

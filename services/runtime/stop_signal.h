@@ -3,8 +3,12 @@
 #pragma once
 
 #include <csignal>
+#include <string>
 
 namespace tandem::runtime {
+
+/// Why this process ends, for people: the signal; empty while no stop is requested.
+std::string reasonOfStop();
 
 /** Catches SIGINT, SIGTERM and SIGHUP during its lifetime. One per process; create it before any thread. */
 class StopSignal {

@@ -105,6 +105,9 @@ class Crowd(ConsoleTest):
         while not frames or frames[-1][0] != 8:
             frames.append(peer.frame())
         self.assertEqual(struct.unpack(">H", frames[-1][1][:2])[0], 1001, "going away")
+        why = "tandem-console ended: SIGTERM"
+        self.assertTrue(frames[-1][1][2:].decode().startswith(why), frames[-1])
+        self.assertTrue(json.loads(frames[-2][1])["message"].startswith(why), "the last message before the end is its reason")
         robot.event("lost", 10)
         self.assertEqual(len(robot.states()), 2, "the robot goes on")
 

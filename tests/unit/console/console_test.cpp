@@ -178,6 +178,18 @@ TEST(Queue, OverflowsRatherThanLoseAnAnswer) {
   EXPECT_FALSE(queue.pop());
 }
 
+TEST(Queue, KeepsWhatItHasWhenItIsSealed) {
+  ClientQueue queue;
+  queue.push(1, true, frame("state"));
+  queue.push(ClientQueue::kText, false, frame("the reason of the end"));
+  queue.seal();
+  EXPECT_FALSE(queue.push(1, true, frame("later")));
+  EXPECT_FALSE(queue.overflown());
+  EXPECT_EQ(*queue.pop()->payload, "state");
+  EXPECT_EQ(*queue.pop()->payload, "the reason of the end");
+  EXPECT_FALSE(queue.pop());
+}
+
 TEST(Queue, ForgetsAChannel) {
   ClientQueue queue;
   EXPECT_TRUE(queue.push(1, false, frame("a")));

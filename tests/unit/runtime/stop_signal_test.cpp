@@ -34,6 +34,22 @@ TEST(StopSignal, HandlesBothSignalsAndRestoresHandlers) {
   EXPECT_EQ(now.sa_handler, SIG_DFL);
 }
 
+TEST(StopSignal, ItsReasonIsNamed) {
+  for (const auto& [number, name] : {std::pair{SIGINT, "SIGINT"}, {SIGTERM, "SIGTERM"}, {SIGHUP, "SIGHUP"}}) {
+    struct sigaction ignored {};
+    sigaction(SIGHUP, nullptr, &ignored);
+    if (number == SIGHUP && ignored.sa_handler == SIG_IGN)
+      continue;  // under nohup
+    StopSignal stop;
+    EXPECT_EQ(reasonOfStop(), "");
+    std::raise(number);
+    EXPECT_TRUE(reasonOfStop().starts_with(name)) << reasonOfStop();
+  }
+  StopSignal stop;
+  stop.request();
+  EXPECT_EQ(reasonOfStop(), "it is done");
+}
+
 TEST(StopSignal, ThereIsOnePerProcess) {
   StopSignal stop;
   EXPECT_THROW(StopSignal{}, std::logic_error);
