@@ -8,7 +8,8 @@ import { Hands } from "./panels/hands";
 import { Header } from "./panels/header";
 import { Health } from "./panels/health";
 import { Hud } from "./panels/hud";
-import { Messages } from "./panels/messages";
+import { LogPanel } from "./panels/log";
+import { Notices } from "./panels/notices";
 import { MethodPanel } from "./panels/method";
 import { Operate } from "./panels/operate";
 import { Run } from "./panels/run";
@@ -17,6 +18,8 @@ import { tabs } from "./panels/tabs";
 import { View } from "./scene/view";
 import { Clock } from "./state/clock";
 import { Commander } from "./state/commander";
+import { Events } from "./state/events";
+import { Orders } from "./state/orders";
 import type { Robot } from "./state/robot";
 import { fetchJson } from "./state/robot";
 import { ServerClock } from "./state/server";
@@ -38,6 +41,8 @@ export class App {
   private readonly hud: Hud;
   private readonly health: Health;
   private ended = false;
+  /** The link was open: its loss is news. */
+  private linkedBefore = false;
   private frames = 0;
   private shownAt = 0;
   private measuredAt = performance.now();
@@ -47,22 +52,32 @@ export class App {
     robot: Robot,
     url: string,
   ) {
-    const messages = new Messages();
+    const messages = new LogPanel();
     const link = new Link(url, robot.session, {
       again: () => this.again(),
       state: (state, reason) => this.linked(state, reason),
       status: (level, message) => messages.add(level > 0 ? "bad" : "info", `Server: ${message}`),
     });
     const commander = new Commander(robot, link, (why) => {
-      messages.add("bad", `Control lease lost: ${why}`);
+      messages.add("alarm", `Control lease lost: ${why}`);
       this.c.pilot.gate.allow("lease", false);
       this.c.pilot.arm(false);
     });
     const server = new ServerClock();
     const world = new World(robot, link, server);
     const pilot = new Pilot(robot, world, link, commander, (held) => place.classList.toggle("held", held));
-    this.c = { robot, world, link, commander, pilot, messages };
-    world.taps.status.push((status) => commander.received(status));
+    const orders = new Orders((level, text) => messages.add(level, text));
+    this.c = { robot, world, link, commander, pilot, messages, notices: new Notices(), orders };
+    const events = new Events(robot, link, commander, messages.log, (time) => server.when(time));
+    commander.replied = (reply) => events.replied(reply);
+    world.taps.diagnostics.push((array, time) => events.ended(array, time));
+    world.taps.hal.push((status, time) => events.receivedHal(status, time));
+    world.taps.summary.push((summary, time) => events.ran(summary, time));
+    world.taps.status.push((status, time) => {
+      events.received(status, time);
+      commander.received(status);
+      orders.look(performance.now());
+    });
 
     const place = h("div.view", {
       tabindex: "0",
@@ -83,7 +98,7 @@ export class App {
     const run = new Run(this.c);
     const method = new MethodPanel(this.c);
     const hands = robot.capabilities.tips ? new Hands(this.c) : null;
-    const header = new Header(this.c, this.stop);
+    const header = new Header(this.c);
     const bars = new Bars(this.c);
     place.append(this.hud.element);
     const side = h(
@@ -94,11 +109,28 @@ export class App {
         ["Method", method.element],
         ...(hands ? [["Teleoperate", hands.element] as [string, HTMLElement]] : []),
         ["Health", this.health.element],
+        ["Log", messages.element],
       ]),
-      messages.element,
+      messages.newest,
     );
-    root.replaceChildren(header.element, h("main", {}, place, side), h("footer", {}, bars.element, charts.element));
-    this.panels = [header, operate, run, method, ...(hands ? [hands] : []), bars, charts, this.hud, this.health];
+    root.replaceChildren(
+      header.element,
+      this.stop.element,
+      h("main", {}, place, run.controls, side),
+      h("footer", {}, bars.element, charts.element),
+    );
+    this.panels = [
+      header,
+      operate,
+      run,
+      method,
+      ...(hands ? [hands] : []),
+      bars,
+      charts,
+      this.hud,
+      this.health,
+      messages,
+    ];
     for (const warning of robot.warnings) messages.add("bad", warning);
     clock.start();
     server.start();
@@ -136,10 +168,14 @@ export class App {
       this.c.pilot.gate.allow("link", false);
       this.c.pilot.arm(false);
       this.c.commander.disconnected();
-      this.c.messages.add("bad", `The link is down: ${reason}`);
+      this.c.orders.abandon("the connection was lost");
+      if (this.linkedBefore) this.c.messages.add("alarm", `The link is down: ${reason}`);
+      this.linkedBefore = false;
     }
-    if (state === "open")
+    if (state === "open") {
+      this.linkedBefore = true;
       this.c.messages.add("info", "Connected to the server; no motion until a client takes control");
+    }
   }
 
   private frame(): void {

@@ -31,17 +31,17 @@ async function main() {
       await me.page.$eval("#clearance", (near) => near.hidden),
       "distances are computed for concentric tubes only",
     );
-    const choices = await me.page.$$eval("#trajectory option", (all) => all.map((one) => one.value));
+    const choices = await me.page.$$eval("#trajectory input", (all) => all.map((one) => one.value));
     assert.deepStrictEqual(choices, ["lift", "tip-eight"]);
 
     await me.press("#take");
     await me.press("#enable");
     await robot.states("ENABLED");
-    await me.page.selectOption("#trajectory", "tip-eight");
+    await me.choose("trajectory", "tip-eight");
     await me.press("#run-start");
     await me.said(/Start refused: the path requires .*not possible: /);
 
-    await me.page.selectOption("#trajectory", "lift");
+    await me.choose("trajectory", "lift");
     const before = await me.scene();
     await me.press("#run-start");
     await me.text("#progress", /running/);

@@ -110,16 +110,9 @@ module.exports = ({ robot, me, enable, shot }) => {
     async "a hidden tab stops teleoperation"() {
       await hold("ArrowUp");
       const since = monotonic();
-      // Headless Chromium never hides a tab: the page receives the event of a hidden tab.
-      await page().evaluate(() => {
-        Object.defineProperty(document, "visibilityState", { configurable: true, get: () => "hidden" });
-        document.dispatchEvent(new Event("visibilitychange"));
-      });
+      await me().hide(true);
       await cut("hiding the tab", since, /the tab is hidden/);
-      await page().evaluate(() => {
-        delete document.visibilityState;
-        document.dispatchEvent(new Event("visibilitychange"));
-      });
+      await me().hide(false);
       await staysReleased("ArrowUp");
     },
 

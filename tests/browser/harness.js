@@ -182,6 +182,28 @@ class Operator {
     );
     return this.page.textContent(selector);
   }
+  /** Chooses one of several values. */
+  async choose(group, value) {
+    await this.page.check(`#${group} input[value="${value}"]`);
+  }
+  /** Magnifies the page as a browser does: `zoom` pixels of a window of this size for each of the page. */
+  async resize(width, height, zoom = 1) {
+    this.session ??= await this.page.context().newCDPSession(this.page);
+    const [w, h] = [Math.round(width / zoom), Math.round(height / zoom)];
+    const metrics = { width: w, height: h, deviceScaleFactor: zoom, mobile: false };
+    await this.session.send("Emulation.setDeviceMetricsOverride", metrics);
+    await this.page.waitForFunction(([x, y]) => window.innerWidth === x && window.innerHeight === y, [w, h]);
+  }
+  /** Hides or shows the page. Headless Chromium never hides a tab: the page receives the event of a hidden one. */
+  async hide(hidden) {
+    await this.page.evaluate((is) => {
+      Object.defineProperty(document, "visibilityState", {
+        configurable: true,
+        get: () => (is ? "hidden" : "visible"),
+      });
+      document.dispatchEvent(new Event("visibilitychange"));
+    }, hidden);
+  }
   /** Waits until the element is enabled, and clicks it. */
   async press(selector) {
     await this.page.waitForSelector(`${selector}[aria-disabled="false"]`);

@@ -30,10 +30,12 @@ class Operated(system.SystemTest):
         robot = system.System(path)
         self.addCleanup(robot.close)
         setting = {"bin": str(pathlib.Path(system.executable()).parent), "deployment": str(robot.path),
-                   "port": system.free_port(), "page": os.environ["TANDEM_PAGE"], "artifacts": str(artifacts), "pids": robot.pids,
+                   "port": system.free_port(), "spare": system.free_port(), "page": os.environ["TANDEM_PAGE"],
+                   "artifacts": str(artifacts), "pids": robot.pids,
+                   "one_arm": str(system.PRESETS / "robots" / "timc2024.yaml"),
                    "other": str(system.PRESETS / "robots" / "ark2024-as-printed.yaml"),
                    "browser": os.environ.get("TANDEM_CHROMIUM", "/usr/bin/chromium")}
-        operator = subprocess.run(["node", str(HERE / script), json.dumps(setting), *words], timeout=360, check=False)
+        operator = subprocess.run(["node", str(HERE / script), json.dumps(setting), *words], timeout=560, check=False)
         self.assertEqual(operator.returncode, 0, f"the operator was not content; screenshots are in {artifacts}")
 
 

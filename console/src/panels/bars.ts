@@ -5,10 +5,10 @@ import type { Joint } from "../state/robot";
 import { isTranslation } from "../state/robot";
 import type { Range } from "../state/track";
 import { allowed, place, rotationRange, wrap } from "../state/track";
-import { shortName, stateName } from "../state/descriptions";
+import { shortName } from "../state/descriptions";
 import { maxJointsPerArm } from "../wire/messages";
 import type { Context, Panel } from "./context";
-import { whyNotMove } from "./context";
+import { whyNot } from "./context";
 import { h, setAttribute, setClass, setText, setUsable, action } from "./dom";
 import { Hold } from "./hold";
 import { degrees, millimetres } from "../state/numbers";
@@ -32,7 +32,7 @@ interface Bar {
 export class Bars implements Panel {
   readonly element: HTMLElement;
   private readonly bars: Bar[] = [];
-  private readonly holds: Hold[] = [];
+  private readonly holds: { arm: number; hold: Hold }[] = [];
 
   constructor(private readonly c: Context) {
     const arms = c.robot.arms.map((arm, k) => {
@@ -93,7 +93,7 @@ export class Bars implements Panel {
       j !== bar.joint ? 0 : sign * (bar.translation ? kJogTranslation : kJogRotation),
     );
     const ask = async (): Promise<void> => {
-      if (this.why(performance.now()) !== "") return hold.end();
+      if (whyNot(this.c, "jog", performance.now(), bar.arm) !== "") return hold.end();
       const answer = await commander.jog(bar.arm, joints);
       if (answer.accepted || !hold.active) return;
       this.c.messages.add("bad", `Jog refused: ${answer.reason}`);
@@ -105,26 +105,18 @@ export class Bars implements Panel {
       ask: () => void ask(),
       end: () => void commander.hold(),
     });
-    this.holds.push(hold);
+    this.holds.push({ arm: bar.arm, hold });
     return button;
-  }
-
-  private why(now: number): string {
-    const status = this.c.world.controlStatus();
-    const enabled = status
-      ? [...status.operating_state.slice(0, status.arm_count)].every((s) => stateName(s) === "ENABLED")
-      : false;
-    return whyNotMove(this.c, now) || (enabled ? "" : "The arms must be ENABLED.");
   }
 
   update(now: number): void {
     const { world } = this.c;
     const limits = world.moving();
-    const why = this.why(now);
-    if (why !== "") for (const hold of this.holds) hold.end();
+    const refused = this.c.robot.arms.map((_, k) => whyNot(this.c, "jog", now, k));
+    for (const { arm, hold } of this.holds) if (refused[arm] !== "") hold.end();
     const old = world.stale(world.limits, now);
     for (const bar of this.bars) {
-      for (const jog of bar.jogs) setUsable(jog, why);
+      for (const jog of bar.jogs) setUsable(jog, refused[bar.arm]!);
       const position = world.joints(bar.arm)?.position[bar.joint];
       const setpoint = world.setpoints(bar.arm)?.position[bar.joint];
       const turn = (x: number): number => (!bar.translation && bar.range.to - bar.range.from < 6.3 ? wrap(x) : x);

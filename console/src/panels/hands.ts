@@ -2,11 +2,11 @@
 /** Teleoperation: driven arm, mode, and control's stages of processing. */
 import { shortName } from "../state/descriptions";
 import { Mode } from "../teleop/pilot";
-import { Action } from "../wire/messages";
 import type { TeleopStatus } from "../wire/messages";
 import type { Context, Panel } from "./context";
-import { whyNotMove } from "./context";
-import { action, card, h, setAttribute, setClass, setText, setUsable } from "./dom";
+import { whyNot } from "./context";
+import { Choice, Reasons } from "./choice";
+import { action, card, h, setAttribute, setClass, setShown, setText, setUsable } from "./dom";
 import { millimetres } from "../state/numbers";
 
 /** Stages whose results are velocities of the device; the results of the others are positions. */
@@ -18,11 +18,11 @@ export class Hands implements Panel {
   private readonly arm: HTMLButtonElement;
   private readonly lamp = h("output.lamp", { id: "teleop-held", "aria-live": "polite" });
   private readonly state = h("output.line", { id: "teleop-state", "aria-live": "polite" });
-  private readonly clamped = h("p.limits", { id: "teleop-clamped", hidden: true });
+  private readonly clamped: HTMLElement;
   private readonly numbers = h("output.line");
   private readonly stages = h("ol.stages", { "aria-label": "Teleoperation pipeline, stage by stage" });
-  private readonly mode = h("select", { id: "teleop-mode", "aria-label": "Teleoperation mode" });
-  private readonly driven = h("select", { id: "teleop-arm", "aria-label": "Driven arm" });
+  private readonly mode: Choice;
+  private readonly driven: Choice;
   private readonly scale = h("input", {
     type: "range",
     id: "teleop-scale",
@@ -31,6 +31,7 @@ export class Hands implements Panel {
     step: "0.05",
     "aria-label": "Scale of the motion",
   });
+  private readonly reasons = new Reasons();
   private readonly scaleText = h("output");
   private shown = -1;
 
@@ -43,12 +44,7 @@ export class Hands implements Panel {
       "go",
     );
     this.arm.id = "teleop-on";
-    const modes: [number, string][] = [[Mode.tip, "tip; the other one stays"]];
-    if (robot.arms.length > 1)
-      modes.unshift([Mode.pair, "tip; relative position kept"], [Mode.relative, "relative position; other tip stays"]);
-    this.mode.append(...modes.map(([value, text]) => h("option", { value: String(value) }, text)));
-    this.mode.value = String(pilot.choice.mode);
-    this.driven.append(...robot.arms.map((arm, k) => h("option", { value: String(k) }, `arm ${shortName(arm.name)}`)));
+    this.clamped = c.notices.line("limits", { id: "teleop-clamped" });
     this.scale.value = String(pilot.choice.scale);
     const choose = (): void => {
       pilot.gate.release("the selection was changed"); // so that held input does not continue with another meaning
@@ -57,14 +53,25 @@ export class Hands implements Panel {
       pilot.choice.otherArm = robot.arms.length > 1 ? (pilot.choice.arm === 0 ? 1 : 0) : pilot.choice.arm;
       pilot.choice.scale = Number(this.scale.value);
     };
-    for (const element of [this.mode, this.driven, this.scale]) element.addEventListener("input", choose);
+    this.scale.addEventListener("input", choose);
+    const why = robot.arms.length > 1 ? "" : "needs two arms";
+    const modes = [
+      { value: String(Mode.pair), text: "tip; relative position kept", why },
+      { value: String(Mode.relative), text: "relative position; other tip stays", why },
+      { value: String(Mode.tip), text: "tip; the other one stays" },
+    ];
+    this.mode = new Choice("teleop-mode", "Teleoperation mode", modes, choose);
+    this.mode.value = String(pilot.choice.mode);
+    const arms = robot.arms.map((arm, k) => ({ value: String(k), text: `arm ${shortName(arm.name)}` }));
+    this.driven = new Choice("teleop-arm", "Driven arm", arms, choose);
     this.element = card(
       "Teleoperation",
       h("div.row", {}, this.arm, this.lamp),
-      h("div.row", {}, this.driven, this.mode),
+      this.reasons.element,
+      this.driven.element,
+      this.mode.element,
       h("label.parameter", {}, h("span", {}, "scale"), this.scale, this.scaleText),
       this.state,
-      this.clamped,
       this.numbers,
       this.stages,
       h(
@@ -77,15 +84,16 @@ export class Hands implements Panel {
 
   update(now: number): void {
     const { pilot, world } = this.c;
-    const status = world.controlStatus();
     const gate = pilot.gate;
     gate.allow("link", this.c.link.state === "open");
     gate.allow("live", world.live(now));
     gate.allow("lease", this.c.commander.holds);
-    gate.allow("enabled", status !== null && world.whyNot(Action.teleoperate, pilot.choice.arm) === "");
+    const why = whyNot(this.c, "teleoperate", now, pilot.choice.arm);
+    gate.allow("enabled", why === "");
     setText(this.arm, pilot.armed ? "Teleoperation off" : "Teleoperation on");
     setAttribute(this.arm, "aria-pressed", pilot.armed ? "true" : "false");
-    setUsable(this.arm, pilot.armed ? "" : whyNotMove(this.c, now));
+    setUsable(this.arm, pilot.armed ? "" : why);
+    this.reasons.show([["Teleoperation", why]]);
     setAttribute(this.lamp, "data-held", gate.held ? "yes" : "no");
     let lamp = "○ off";
     if (gate.held) lamp = `● held: ${gate.source}`;
@@ -110,7 +118,7 @@ export class Hands implements Panel {
       `${kStates[teleop.state] ?? "unknown"}${others}${teleop.reason ? `: ${teleop.reason}` : ""}${fresh ? "" : " · old"}`,
     );
     setAttribute(this.state, "data-state", String(teleop.state));
-    this.clamped.hidden = teleop.clamped === 0;
+    setShown(this.clamped, teleop.clamped !== 0);
     setText(this.clamped, teleop.clamped ? `Clamped by ${teleop.limited_by || "an unknown limit"}` : "");
     setText(
       this.numbers,

@@ -4,9 +4,9 @@ import { mayCommand } from "../state/robot";
 import { age, ageText } from "../state/age";
 import { shortName, stateGlyph, stateMeaning, stateName } from "../state/descriptions";
 import type { Context, Panel } from "./context";
-import { order, whyNotCommand } from "./context";
+import { reportedByControl, whyNot } from "./context";
 import { action, h, setAttribute, setClass, setText, setUsable } from "./dom";
-import type { StopKey } from "./stop";
+import { Hidden } from "./hidden";
 
 const kCrtkClients = 2n ** 64n - 1n;
 
@@ -17,10 +17,7 @@ export class Header implements Panel {
   private readonly who = h("output.who", { "aria-live": "polite", id: "lease" });
   private readonly take: HTMLButtonElement;
 
-  constructor(
-    private readonly c: Context,
-    stop: StopKey,
-  ) {
+  constructor(private readonly c: Context) {
     this.arms = c.robot.arms.map((arm) => h("span.arm", { "data-arm": arm.name }));
     this.take = action(
       "Take control",
@@ -35,8 +32,7 @@ export class Header implements Panel {
       h("div.brand", {}, h("strong", {}, "Tandem"), h("span", {}, `${c.robot.robot} · ${c.robot.deployment}`)),
       this.link,
       h("div.arms", { role: "group", "aria-label": "State of the arms" }, ...this.arms),
-      h("div.lease", { role: "group", "aria-label": "Control lease" }, this.who, this.take),
-      stop.element,
+      h("div.lease", { role: "group", "aria-label": "Control lease" }, this.who, this.take, new Hidden(c).element),
     );
   }
 
@@ -44,9 +40,10 @@ export class Header implements Panel {
     const { commander } = this.c;
     if (commander.holds) {
       this.c.pilot.arm(false);
-      await order(this.c, "Releasing control", commander.release());
+      await this.c.orders.give("Releasing control", commander.release());
     } else {
-      await order(this.c, "Taking control", commander.acquire());
+      const mine = (): boolean => this.c.world.controlStatus()?.lease_owner === commander.client;
+      await this.c.orders.give("Taking control", commander.acquire(), reportedByControl(this.c, mine));
     }
   }
 
@@ -62,7 +59,7 @@ export class Header implements Panel {
     setAttribute(this.link, "data-state", live ? "live" : link.state === "open" ? "stale" : "lost");
     this.updateArms(live);
     this.updateLease(now);
-    setUsable(this.take, whyNotCommand(this.c, now));
+    setUsable(this.take, whyNot(this.c, commander.holds ? "release" : "take", now));
     setText(this.take, commander.holds ? "Release control" : "Take control");
   }
 

@@ -7,6 +7,7 @@ import { kPresets } from "../scene/view";
 import { age, ageText } from "../state/age";
 import { shortName } from "../state/descriptions";
 import { port, TaskKind } from "../wire/messages";
+import { Choice } from "./choice";
 import type { Context, Panel } from "./context";
 import { action, h, setClass, setShown, setText } from "./dom";
 import { millimetres } from "../state/numbers";
@@ -33,15 +34,13 @@ export class Hud implements Panel {
       button.dataset["camera"] = String(k + 1);
       return button;
     });
-    const thick = h(
-      "select",
-      { "aria-label": "Drawn thickness of the tubes" },
-      ...[1, 2, 4].map((times) =>
-        h("option", { value: String(times) }, times === 1 ? "true thickness" : `tubes ${times}× thick`),
-      ),
+    const thick = new Choice(
+      "thickness",
+      "Drawn thickness of the tubes",
+      [1, 2, 4].map((times) => ({ value: String(times), text: times === 1 ? "true thickness" : `${times}×` })),
+      () => this.thickness(Number(thick.value)),
     );
     thick.value = String(kThickness);
-    thick.addEventListener("change", () => this.thickness(Number(thick.value)));
     const trail = action(
       "clear trail",
       "Clear the trails of the tips",
@@ -54,7 +53,8 @@ export class Hud implements Panel {
     this.element = h(
       "div.hud",
       {},
-      h("div.cameras", { role: "toolbar", "aria-label": "Cameras" }, ...cameras, thick, trail),
+      h("div.cameras", { role: "toolbar", "aria-label": "Cameras" }, ...cameras, thick.element, trail),
+      c.notices.element,
       h("div.figures", {}, this.near, this.relative),
       this.legend(),
       this.rate,
@@ -101,12 +101,12 @@ export class Hud implements Panel {
       const old = ageText(world.status.at < 0 ? age(link.receivedAt, now) : world.age(world.status, now));
       const what =
         link.state !== "open"
-          ? "No connection to the server"
+          ? `No connection to the server: ${link.ended || "connecting"}`
           : world.status.at < 0
             ? "Waiting for control"
             : world.heldBack(now)
               ? "The link holds messages back, or the clocks are not compared yet"
-              : "No messages from the robot's processes";
+              : ["No messages from the robot's processes", ...world.ends.values()].join(". ");
       setText(this.curtain, `${what}. Last data: ${old}. Commands are disabled.`);
     }
     const bodies = world.clearances()?.bodies ?? [];

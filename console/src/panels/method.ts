@@ -1,16 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Method of redundancy resolution and its parameters, which can be changed while it runs. */
+/** Method of redundancy resolution and its parameters. The values shown are those that control reports. */
 import { parametersOf } from "../state/robot";
 import { nameOf, valuesOf } from "../state/descriptions";
-import { Action } from "../wire/messages";
+import { Choice, Reasons } from "./choice";
 import type { Context, Panel } from "./context";
-import { order, whyNotMove } from "./context";
+import { reportedByControl, whyNot } from "./context";
 import { action, card, h, setAttribute, setClass, setText, setUsable } from "./dom";
 
 interface Row {
   name: string;
   input: HTMLInputElement;
+  /** Of the files. */
   configured: number;
+  /** The value that the input was last set to by this program. */
+  shown: string;
 }
 
 export class MethodPanel implements Panel {
@@ -18,11 +21,10 @@ export class MethodPanel implements Panel {
   private readonly options: [HTMLButtonElement, string][];
   private readonly solver = h("output.line", { id: "solver" });
   private readonly table = h("div.parameters", { role: "group", "aria-label": "Parameters" });
+  private readonly reasons = new Reasons();
   private rows: Row[] = [];
-  private readonly bounds = h("select", { "aria-label": "Bounds", id: "bounds" });
+  private readonly bounds: Choice;
   private shown = "";
-  /** Parameters set by this page, by name: the wire does not carry those set by other clients. */
-  private readonly changed = new Map<string, number>();
   private readonly apply: HTMLButtonElement;
 
   constructor(private readonly c: Context) {
@@ -30,30 +32,28 @@ export class MethodPanel implements Panel {
     const methods = valuesOf("Method").filter(({ name }) => name !== "foreign" || library !== "");
     this.options = methods.map(({ name, meaning: built }) => {
       const meaning = name === "foreign" ? `${built}: ${library}` : built;
-      const button = action(name, meaning, () => void order(c, `Method ${name}`, c.commander.method(name)), "option");
+      const button = action(name, meaning, () => this.sendMethod(name), "option");
       button.setAttribute("role", "radio");
       button.dataset["method"] = name;
       button.append(h("small", {}, meaning));
       return [button, name];
     });
-    for (const { name } of valuesOf("BoundsKind")) this.bounds.append(h("option", { value: name }, name));
-    this.bounds.addEventListener(
-      "change",
-      () => void order(c, `Bounds ${this.bounds.value}`, c.commander.parameter("bounds", this.bounds.value)),
-    );
+    const kinds = valuesOf("BoundsKind").map(({ name }) => ({ value: name, text: name }));
+    this.bounds = new Choice("bounds", "Bounds on velocities", kinds, () => this.sendBounds());
     this.apply = action("Apply", "Apply changed values", () => void this.send());
     this.apply.id = "apply";
     this.element = card(
       "Method",
+      this.reasons.element,
       h("div.options", { role: "radiogroup", "aria-label": "Method" }, ...this.options.map(([button]) => button)),
       this.solver,
-      h("label.parameter", {}, h("span", {}, "bounds on velocities"), this.bounds),
+      h("div.parameter", {}, h("span", {}, "bounds on velocities"), this.bounds.element),
       this.table,
       h("div.row", {}, this.apply),
       h(
         "p.fine",
         {},
-        "Values start as configured; those that this page has set are marked. Values set by other clients are not reported.",
+        "Values as control reports them. Marked: not those of the files. Dashed: typed, and not applied.",
       ),
     );
   }
@@ -62,27 +62,43 @@ export class MethodPanel implements Panel {
     if (method === this.shown) return;
     this.shown = method;
     this.rows = parametersOf(this.c.robot, method).map(({ name, value }) => {
-      const input = h("input", { type: "text", inputmode: "decimal", "data-parameter": name, "aria-label": name });
-      input.value = String(this.changed.get(name) ?? value);
+      const input = h("input", {
+        type: "text",
+        inputmode: "decimal",
+        autocomplete: "off",
+        "data-parameter": name,
+        "aria-label": name,
+        readonly: true,
+      });
       input.addEventListener("keydown", (event) => event.key === "Enter" && void this.send());
-      return { name, input, configured: value };
+      return { name, input, configured: value, shown: "" };
     });
     this.table.replaceChildren(
       ...this.rows.map(({ name, input }) => h("label.parameter", {}, h("span", {}, name), input)),
     );
   }
 
-  private inForce(row: Row): number {
-    return this.changed.get(row.name) ?? row.configured;
+  private sendMethod(name: string): void {
+    const there = (): boolean => nameOf("Method", this.c.world.controlStatus()?.method ?? -1, "") === name;
+    void this.c.orders.give(`Method ${name}`, this.c.commander.method(name), reportedByControl(this.c, there));
   }
+  private sendBounds(): void {
+    const { value } = this.bounds;
+    const there = (): boolean => this.boundsInForce() === value;
+    const asked = this.c.commander.parameter("bounds", value);
+    void this.c.orders.give(`Bounds ${value}`, asked, reportedByControl(this.c, there));
+  }
+  private boundsInForce = (): string => nameOf("BoundsKind", this.c.world.controlStatus()?.bounds ?? -1, "");
+
+  private edited = ({ input, shown }: Row): boolean => input.value.trim() !== shown;
   private async send(): Promise<void> {
-    if (whyNotMove(this.c, performance.now()) !== "") return;
-    for (const row of this.rows) {
+    if (whyNot(this.c, "method", performance.now()) !== "") return;
+    for (const row of this.rows.filter(this.edited)) {
       const text = row.input.value.trim();
-      if (Number(text) === this.inForce(row)) continue;
+      const there = (): boolean => this.c.world.parameters.get(row.name) === Number(text);
       // Control checks the number and returns what it expected.
-      if (await order(this.c, `${row.name} = ${text}`, this.c.commander.parameter(row.name, text)))
-        this.changed.set(row.name, Number(text));
+      const asked = this.c.commander.parameter(row.name, text);
+      await this.c.orders.give(`${row.name} = ${text}`, asked, reportedByControl(this.c, there));
     }
   }
 
@@ -90,24 +106,37 @@ export class MethodPanel implements Panel {
     const status = this.c.world.controlStatus();
     const method = status ? nameOf("Method", status.method, "") : "";
     this.show(method);
-    const why = whyNotMove(this.c, now) || this.c.world.whyNot(Action.setMethod);
+    const why = whyNot(this.c, "method", now);
+    this.reasons.show([["Method and parameters", why]]);
     for (const [button, name] of this.options) {
       setAttribute(button, "aria-checked", name === method ? "true" : "false");
       setUsable(button, why);
     }
     setUsable(this.apply, why);
-    this.bounds.disabled = why !== "";
-    const bounds = nameOf("BoundsKind", status?.bounds ?? 0, "");
-    if (document.activeElement !== this.bounds && this.bounds.value !== bounds) this.bounds.value = bounds;
-    for (const row of this.rows) {
-      setClass(row.input, "ours", this.changed.has(row.name));
-      setClass(row.input, "edited", Number(row.input.value) !== this.inForce(row));
-    }
+    this.bounds.allow(why);
+    this.bounds.value = this.boundsInForce();
+    for (const row of this.rows) this.updateRow(row, why);
     setText(
       this.solver,
       status
         ? `${nameOf("SolveStatus", status.solve_status)} · ${status.iterations} iterations · ${(1e3 * status.solve_time).toFixed(3)} ms`
         : "",
     );
+  }
+
+  private updateRow(row: Row, why: string): void {
+    const value = this.c.world.parameters.get(row.name);
+    const text = value === undefined ? "" : String(value);
+    if (text !== row.shown) {
+      const typed = this.edited(row) && Number(row.input.value) !== value;
+      row.shown = text;
+      if (!typed) row.input.value = text;
+    }
+    row.input.readOnly = why !== "";
+    setAttribute(row.input, "placeholder", value === undefined ? "not reported yet" : "");
+    setAttribute(row.input, "title", why);
+    setAttribute(row.input, "aria-disabled", why === "" ? "false" : "true");
+    setClass(row.input, "ours", value !== undefined && value !== row.configured);
+    setClass(row.input, "edited", this.edited(row));
   }
 }

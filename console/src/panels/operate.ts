@@ -2,10 +2,12 @@
 /** Arms with descriptions of their faults, power, and homing. */
 import { driveRecord, faultsOf, holdReason, idleText, shortName } from "../state/descriptions";
 import type { StateCommand } from "../state/descriptions";
-import { Action, EmergencyStop } from "../wire/messages";
+import type { Deed } from "../state/permission";
+import { EmergencyStop } from "../wire/messages";
 import type { Context, Panel } from "./context";
-import { order, whyNotCommand, whyNotMove } from "./context";
-import { action, card, h, setAttribute, setShown, setText, setUsable } from "./dom";
+import { Reasons } from "./choice";
+import { reachesHome, reachesState, whyNot } from "./context";
+import { action, card, h, setShown, setText, setUsable } from "./dom";
 import { Hold, confirmed } from "./hold";
 
 const kRepeat = 200; // ms: the drives home while the request is repeated
@@ -13,46 +15,53 @@ const kRepeat = 200; // ms: the drives home while the request is repeated
 export class Operate implements Panel {
   readonly element: HTMLElement;
   private readonly faults: HTMLElement[];
-  private readonly emergency = h(
-    "div.fault",
-    { hidden: true, role: "alert", id: "emergency-stop" },
-    "✕ EMERGENCY STOP pressed: all arms are stopped. When safe: release it, disable, then enable.",
-  );
-  private readonly hold = h("p.hold", { hidden: true });
-  private readonly idle = h("p.hold", { hidden: true, id: "idle", role: "status" });
+  private readonly emergency: HTMLElement;
+  private readonly hold: HTMLElement;
+  private readonly idle: HTMLElement;
+  private readonly reasons = new Reasons();
   private readonly commands: [HTMLButtonElement, StateCommand][];
   private readonly home: HTMLButtonElement;
   private readonly reference: HTMLButtonElement;
 
   constructor(private readonly c: Context) {
-    this.faults = c.robot.arms.map((arm) => h("div.fault", { hidden: true, role: "alert", "data-fault": arm.name }));
-    const button = (label: string, command: StateCommand, help: string): [HTMLButtonElement, StateCommand] => {
+    this.emergency = c.notices.line("fault", { role: "alert", id: "emergency-stop" });
+    setText(
+      this.emergency,
+      "✕ EMERGENCY STOP pressed: all arms are stopped. When safe: release it, disable, then enable.",
+    );
+    this.faults = c.robot.arms.map((arm) => c.notices.line("fault", { role: "alert", "data-fault": arm.name }));
+    this.hold = c.notices.line("hold", {});
+    this.idle = c.notices.line("hold", { id: "idle", role: "status" });
+    const button = (
+      label: string,
+      command: StateCommand,
+      state: string,
+      help: string,
+    ): [HTMLButtonElement, StateCommand] => {
       const kind = command === "resume" ? confirmed : action;
-      const made = kind(label, help, () => void order(c, label, c.commander.state(command)));
+      const give = (): unknown => c.orders.give(label, c.commander.state(command), reachesState(c, state));
+      const made = kind(label, help, () => void give());
       made.id = command;
       return [made, command];
     };
     this.commands = [
-      button("Enable", "enable", "Power on: the arms may move. Nothing moves by itself."),
-      button("Pause", "pause", "Keep power on and hold position"),
-      button("Hold to resume", "resume", "From PAUSED back to ENABLED"),
-      button("Disable", "disable", "Power off; clears faults whose cause is gone"),
+      button("Enable", "enable", "ENABLED", "Power on: the arms may move. Nothing moves by itself."),
+      button("Pause", "pause", "PAUSED", "Keep power on and hold position"),
+      button("Hold to resume", "resume", "ENABLED", "From PAUSED back to ENABLED"),
+      button("Disable", "disable", "DISABLED", "Power off; clears faults whose cause is gone"),
     ];
     this.home = action(
       "Move home",
       "Move all arms to the home of the robot file",
-      () => void order(c, "Move home", c.commander.home()),
+      () => void c.orders.give("Move home", c.commander.home(), reachesHome(c)),
     );
     this.home.id = "home";
     this.reference = this.holdButton();
     this.element = card(
       "Arms",
-      this.emergency,
-      ...this.faults,
-      this.hold,
-      this.idle,
       h("div.row", {}, ...this.commands.map(([element]) => element)),
       h("div.row", {}, this.home, this.reference),
+      this.reasons.element,
     );
   }
 
@@ -110,18 +119,19 @@ export class Operate implements Panel {
 
   private updateButtons(now: number): void {
     const { world } = this.c;
+    const refused: [string, string][] = [];
+    const judge = (element: HTMLButtonElement, deed: Deed): void => {
+      const why = whyNot(this.c, deed, now);
+      setUsable(element, why);
+      if (!element.hidden) refused.push([element.textContent ?? deed, why]);
+    };
     for (const [element, command] of this.commands) {
-      // Any client may remove power; only the lease owner may apply it.
-      const gives = command === "enable" || command === "resume";
-      const why = gives ? whyNotMove(this.c, now) : whyNotCommand(this.c, now);
-      const refused = world.whyNot(Action[command]);
       if (command === "resume") element.dataset["help"] = `From PAUSED back to ENABLED; ${world.continues()}`;
-      setUsable(element, why || refused);
-      setAttribute(element, "data-next", why === "" && refused === "" ? "yes" : "no");
+      judge(element, command);
     }
-    setUsable(this.home, whyNotMove(this.c, now) || world.whyNot(Action.home));
-    const buses = (world.halStatus()?.bus_count ?? 0) > 0;
-    setShown(this.reference, buses);
-    setUsable(this.reference, whyNotCommand(this.c, now) || world.whyNot(Action.homeDrives));
+    judge(this.home, "home");
+    setShown(this.reference, (world.halStatus()?.bus_count ?? 0) > 0);
+    judge(this.reference, "homeDrives");
+    this.reasons.show(refused);
   }
 }

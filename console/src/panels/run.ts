@@ -1,20 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Trajectories: selection, start, progress, pause, resume, stop. */
+/** Trajectories: selection and start in a panel; progress, pause, resume and end in a bar that is always visible. */
 import type { Trajectory } from "../state/robot";
 import { fetchJson } from "../state/robot";
 import { limitsInTheWay, nameOf } from "../state/descriptions";
 import { describeSummary } from "../state/summary";
-import { Action, Phase } from "../wire/messages";
+import { Phase } from "../wire/messages";
 import type { RunSummary } from "../wire/messages";
 import type { Context, Panel } from "./context";
-import { order, whyNotMove } from "./context";
+import { reachesPhase, whyNot } from "./context";
+import { Choice, Reasons } from "./choice";
 import { action, card, h, setAttribute, setClass, setShown, setText, setUsable } from "./dom";
 import { confirmed } from "./hold";
 import { millimetres } from "../state/numbers";
 
 export class Run implements Panel {
   readonly element: HTMLElement;
-  private readonly choice = h("select", { id: "trajectory", "aria-label": "Trajectory" });
+  /** Beside the stop button, at any size of the window. */
+  readonly controls: HTMLElement;
+  private readonly choice = new Choice("trajectory", "Trajectory", [], () => this.show());
   private readonly text = h("textarea", {
     id: "trajectory-text",
     rows: "6",
@@ -24,7 +27,8 @@ export class Run implements Panel {
   private readonly bar = h("progress", { max: "1", value: "0", "aria-label": "Progress of the trajectory" });
   private readonly progress = h("output.progress", { id: "progress", "aria-live": "off" }, "no trajectory");
   private readonly errors = h("output", { id: "errors" });
-  private readonly limits = h("p.limits", { hidden: true, id: "limits" });
+  private readonly limits: HTMLElement;
+  private readonly reasons = new Reasons();
   private readonly result = h("details.result", { hidden: true, open: "", id: "run-summary" });
   private shown: RunSummary | null = null;
   private readonly start: HTMLButtonElement;
@@ -34,39 +38,46 @@ export class Run implements Panel {
   private trajectories: Trajectory[] = [];
 
   constructor(private readonly c: Context) {
-    const { commander } = c;
+    const { commander, orders } = c;
+    const runs = [Phase.running, Phase.finished, Phase.failed];
     this.start = action(
       "Start",
       "Follow this trajectory from the present joints",
-      () => void order(c, "Start", commander.start(this.text.value)),
+      () => void orders.give("Start", commander.start(this.text.value), reachesPhase(c, runs, true)),
       "go",
     );
     this.pause = action(
       "Pause",
       "Pause at this point",
-      () => void order(c, "Pausing the trajectory", commander.pauseTrajectory()),
+      () => void orders.give("Pausing the trajectory", commander.pauseTrajectory(), reachesPhase(c, [Phase.paused])),
     );
     this.resume = confirmed(
       "Hold to resume",
       "Resume the trajectory",
-      () => void order(c, "Resuming the trajectory", commander.resumeTrajectory()),
+      () => void orders.give("Resuming the trajectory", commander.resumeTrajectory(), reachesPhase(c, runs)),
     );
     this.stop = action(
       "End",
       "End the trajectory; the arms stay ENABLED",
-      () => void order(c, "Ending the trajectory", commander.stopTrajectory()),
+      () => void orders.give("Ending the trajectory", commander.stopTrajectory(), reachesPhase(c, [Phase.idle])),
     );
     [this.start.id, this.pause.id, this.resume.id, this.stop.id] = ["run-start", "run-pause", "run-resume", "run-end"];
-    this.choice.addEventListener("change", () => this.show());
+    this.limits = c.notices.line("limits", { id: "limits" });
     this.element = card(
       "Trajectory",
-      h("div.row", {}, this.choice, this.start),
+      this.choice.element,
+      h("div.row", {}, this.start),
+      this.reasons.element,
       h("details", {}, h("summary", {}, "As YAML, editable before the start"), this.text),
-      this.bar,
-      h("div.line", {}, this.progress, this.errors),
-      this.limits,
-      h("div.row", {}, this.pause, this.resume, this.stop),
       this.result,
+    );
+    this.controls = h(
+      "section.run",
+      { "aria-label": "The trajectory under way" },
+      this.progress,
+      this.errors,
+      this.bar,
+      h("div.row", {}, this.pause, this.resume, this.stop),
     );
     void this.load();
   }
@@ -74,13 +85,8 @@ export class Run implements Panel {
   private async load(): Promise<void> {
     try {
       this.trajectories = await fetchJson<Trajectory[]>("/api/trajectories");
-      const usable = (t: Trajectory): boolean => t.refused === "";
-      const option = (t: Trajectory): HTMLOptionElement =>
-        usable(t)
-          ? h("option", { value: t.name }, t.name)
-          : h("option", { value: t.name, disabled: "", title: t.refused }, `${t.name}: not for this robot`);
-      const others = this.trajectories.filter((t) => !usable(t));
-      this.choice.replaceChildren(...this.trajectories.filter(usable).map(option), ...others.map(option));
+      const sorted = [...this.trajectories].sort((a, b) => Number(a.refused !== "") - Number(b.refused !== ""));
+      this.choice.offer(sorted.map(({ name, refused }) => ({ value: name, text: name, why: refused })));
       this.show();
     } catch (error) {
       this.c.messages.add("bad", `Trajectories: ${String(error)}`);
@@ -126,16 +132,14 @@ export class Run implements Panel {
     const limits = status ? limitsInTheWay(status, this.c.robot.arms) : "";
     setText(this.limits, limits);
     setShown(this.limits, limits !== "");
-
     this.showSummary();
 
-    const why = whyNotMove(this.c, now);
-    const goes = phase === Phase.running || phase === Phase.paused;
-    const start = this.c.world.whyNot(Action.start) || (this.text.value === "" ? "There is no trajectory." : "");
-    setUsable(this.start, why || start);
-    setUsable(this.pause, why || (phase === Phase.running ? "" : "No trajectory runs."));
+    const start = whyNot(this.c, "start", now) || (this.text.value === "" ? "There is no trajectory." : "");
+    setUsable(this.start, start);
+    this.reasons.show([["Start", start]]);
     this.resume.dataset["help"] = `Hold for a second: ${this.c.world.continues()}`;
-    setUsable(this.resume, why || (phase === Phase.paused ? "" : "No trajectory is paused."));
-    setUsable(this.stop, why || (goes ? "" : "No trajectory runs."));
+    setUsable(this.pause, whyNot(this.c, "pauseTrajectory", now));
+    setUsable(this.resume, whyNot(this.c, "resumeTrajectory", now));
+    setUsable(this.stop, whyNot(this.c, "endTrajectory", now));
   }
 }

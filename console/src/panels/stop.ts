@@ -1,23 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Soft stop: a button and Esc, for every client, at any time. It shows whether the robot has confirmed the stop. */
+/** Soft stop: a button and Esc, for every client, at any time, above all else. It shows whether the robot has confirmed the stop. */
 import { OperatingState } from "../wire/messages";
 import type { Context } from "./context";
 import { h, setAttribute, setText } from "./dom";
 
 const kStopRequested = 1 << 10; // safety::Fault
-const kConfirm = 1000; // ms
+const kConfirm = 400; // ms; looked at every kAgain, so that it is shown within half a second
 const kAgain = 100; // ms between repetitions until it is confirmed
+const kIdle = "soft stop – not an emergency stop";
 
 export class StopKey {
   readonly element: HTMLElement;
   private readonly button: HTMLButtonElement;
-  private readonly note = h(
-    "output.note",
-    { "aria-live": "assertive", id: "stop-note" },
-    "soft stop – not an emergency stop",
-  );
+  private readonly note = h("output.note", { "aria-live": "assertive", id: "stop-note" }, kIdle);
+  private readonly key = h("output.note", { "aria-live": "polite", id: "stop-key" });
   private since = -1;
-  private again = 0;
+  private repeats: ReturnType<typeof setInterval> | undefined;
   /** Time from the last press to its confirmation, ms. */
   took = -1;
 
@@ -31,34 +29,71 @@ export class StopKey {
         type: "button",
         id: "stop",
         accesskey: "s",
-        "aria-describedby": "stop-note",
+        "aria-describedby": "stop-note stop-key",
         onpointerdown: () => this.press("stop button"), // on press, not on release
         onclick: (event: MouseEvent) => event.detail === 0 && this.press("stop button"), // Enter and Space
       },
       "STOP",
-      h("kbd", {}, "Esc"),
     );
-    this.element = h("div.stopping", {}, this.button, this.note);
-    // Captured at the window, before any dialogue, field or panel.
-    window.addEventListener("keydown", (event) => event.key === "Escape" && !event.repeat && this.press("Esc"), {
-      capture: true,
-    });
+    this.element = h("div.stopping", { id: "stopping" }, this.button, this.note, this.key);
+    // Captured at the window, before any field or panel; by its place on the keyboard too, which an input method does not change.
+    window.addEventListener(
+      "keydown",
+      (event) => (event.key === "Escape" || event.code === "Escape") && !event.repeat && this.press("Esc"),
+      { capture: true },
+    );
+    // While a menu of the browser is open, the browser receives Esc.
+    window.addEventListener("contextmenu", (event) => event.preventDefault());
+    for (const change of ["focus", "blur"]) window.addEventListener(change, () => this.showKey());
+    document.addEventListener("visibilitychange", () => this.showKey());
+    this.showKey();
+    this.followZoom();
     c.world.taps.status.push(() => this.confirm());
+  }
+
+  /** The browser's find bar, menus, address line and dialogs, and other windows, receive keys instead of the page. */
+  private showKey(): void {
+    const here = document.hasFocus();
+    setText(this.key, here ? "Esc stops, too" : "Esc does NOT stop: the keyboard is not in this page");
+    setAttribute(this.key, "data-here", here ? "yes" : "no");
+  }
+
+  /** Keeps the button in the part of the page that a pinch shows, at its size on the screen. */
+  private followZoom(): void {
+    const seen = window.visualViewport;
+    if (!seen) return;
+    const follow = (): void => {
+      const pinched = seen.scale > 1.01;
+      this.element.classList.toggle("pinched", pinched);
+      this.element.style.transform = pinched
+        ? `translate(${seen.offsetLeft}px, ${seen.offsetTop}px) scale(${1 / seen.scale})`
+        : "";
+    };
+    for (const change of ["resize", "scroll"]) seen.addEventListener(change, follow);
+    follow();
   }
 
   press(by: string): void {
     this.release();
     this.since = performance.now();
-    this.again = this.since;
     this.took = -1;
-    const sent = this.c.commander.stop(`operator's page: ${by}`);
+    clearInterval(this.repeats);
+    const sent = this.c.commander.stop(`operator's page at ${this.c.robot.client_address}: ${by}`);
     setAttribute(this.button, "data-state", sent ? "sent" : "failed");
     setText(
       this.note,
       sent ? "stop sent, waiting for the robot…" : "NOT SENT: no connection. Use the hardware emergency stop.",
     );
     this.c.messages.add("bad", sent ? `Stop (${by})` : `Stop (${by}) could not be sent: there is no connection`);
-    if (!sent) this.since = -1;
+    if (sent) this.repeats = setInterval(() => this.repeat(), kAgain);
+    else this.since = -1;
+  }
+
+  private repeat(): void {
+    this.c.commander.stop("operator's page: repeated, not confirmed yet");
+    if (performance.now() - this.since < kConfirm) return;
+    setAttribute(this.button, "data-state", "failed");
+    setText(this.note, "NOT CONFIRMED. Use the hardware emergency stop.");
   }
 
   private stopped(): boolean {
@@ -75,30 +110,17 @@ export class StopKey {
     if (this.since < 0 || !this.stopped()) return;
     this.took = performance.now() - this.since;
     this.since = -1;
+    clearInterval(this.repeats);
     setAttribute(this.button, "data-state", "confirmed");
     setText(this.note, `stopped: confirmed after ${Math.round(this.took)} ms`);
   }
 
   update(now: number): void {
-    if (this.since >= 0) {
-      if (now - this.again > kAgain) {
-        this.again = now;
-        this.c.commander.stop("operator's page: repeated, not confirmed yet");
-      }
-      if (now - this.since > kConfirm) {
-        setAttribute(this.button, "data-state", "failed");
-        setText(this.note, "NOT CONFIRMED. Use the hardware emergency stop.");
-      }
-      return;
-    }
+    if (this.since >= 0) return;
     const state = this.button.getAttribute("data-state");
-    if (state === "confirmed" && !this.stopped()) {
+    if ((state === "confirmed" && !this.stopped()) || (state === "failed" && this.c.world.live(now))) {
       setAttribute(this.button, "data-state", "");
-      setText(this.note, "soft stop – not an emergency stop");
-    }
-    if (state === "failed" && this.c.world.live(now)) {
-      setAttribute(this.button, "data-state", "");
-      setText(this.note, "soft stop – not an emergency stop");
+      setText(this.note, kIdle);
     }
   }
 }

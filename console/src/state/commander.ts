@@ -5,6 +5,7 @@ import type { ControlStatus, Reply } from "../wire/messages";
 import { ControlKind, allArms, PlanningKind } from "../wire/messages";
 import { messages } from "../wire/definitions";
 import type { Robot } from "./robot";
+import { mayCommand } from "./robot";
 
 export interface Answer {
   accepted: boolean;
@@ -48,7 +49,8 @@ export class Commander {
   ) {
     this.fingerprint = BigInt(`0x${robot.fingerprint}`);
     this.topic = (name) => `/${robot.prefix}/${name}`;
-    for (const m of messages) link.publisher(this.topic(m.topic), m.schemaName, m.schema);
+    for (const m of messages)
+      if (mayCommand(robot) || m.viewers) link.publisher(this.topic(m.topic), m.schemaName, m.schema);
     for (const replies of ["control/reply", "planning/reply", "sim/reply", "hal/reply"]) {
       link.subscribe<Reply>(this.topic(replies), (reply) => this.answered(reply));
     }
@@ -110,7 +112,9 @@ export class Commander {
     }
     return answer;
   }
+  /** While nobody sees the page, its lease ends: who cannot see the robot does not command it. */
   private keep(): void {
+    if (document.visibilityState === "hidden") return;
     this.link.publish(this.topic("control/request"), {
       ...emptyControl,
       ...this.echo(),
@@ -192,7 +196,10 @@ export class Commander {
     });
   }
 
+  /** Receives the replies to all clients. */
+  replied: (reply: Reply) => void = () => {};
   private answered(reply: Reply): void {
+    this.replied(reply);
     const waiting = reply.client === this.client ? this.pending.get(reply.request) : undefined;
     if (!waiting) return;
     clearTimeout(waiting.timer);

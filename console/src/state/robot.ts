@@ -38,6 +38,8 @@ export interface Arm {
   tubes: Tube[];
   /** Translations of all tubes, then their rotations; insertion, roll and bend of a catheter. */
   joints: Joint[];
+  /** Their values at home. */
+  home: number[];
 }
 
 /** Object that catheters grasp, with contacts in the order of the robot's arms. */
@@ -68,6 +70,8 @@ export interface Robot {
   /** Of the server: new at every start. */
   session: string;
   role: string;
+  /** From which the server has this page's requests. */
+  client_address: string;
   arms: Arm[];
   object: GraspedObject | null;
   port: { frame: Pose; radius: number; depth: number } | null;

@@ -41,6 +41,11 @@ export class ServerClock {
     );
     this.comparisons = [...kept, found];
   }
+  /** Time of this page, ms since 1970, at which the server's clock showed `time`; now, while the clocks are not compared. */
+  when(time: number): number {
+    const age = this.age(time, performance.now());
+    return Date.now() - (Number.isFinite(age) ? age : 0);
+  }
   /** Largest possible age, ms, of what the server received at `time` of its clock; infinite while the clocks are not compared. */
   age(time: number, now: number): number {
     const offset = Math.max(...this.comparisons.filter((c) => now - c.at < kValid).map((c) => c.least));

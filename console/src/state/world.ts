@@ -28,14 +28,20 @@ export interface ArmSlots {
   shape: Slot;
 }
 
-export type Listener<T> = (message: T) => void;
+/** @param time  when the server received it, by its clock, ms since 1970 */
+export type Listener<T> = (message: T, time: number) => void;
 
 /** Listeners that receive every sample, in order. */
 export interface Taps {
   status: Listener<ControlStatus>[];
   shape: Listener<number>[];
+  hal: Listener<HalStatus>[];
+  summary: Listener<RunSummary>[];
   diagnostics: Listener<DiagnosticArray>[];
 }
+
+const kParameter = "parameter "; // runtime::kParameterKey
+const kEnded = "ended: "; // runtime::kEnded
 
 export class World {
   readonly status: Slot;
@@ -48,7 +54,11 @@ export class World {
   readonly clearance: Slot;
   readonly teleop: Slot;
   readonly arms: ArmSlots[];
-  readonly taps: Taps = { status: [], shape: [], diagnostics: [] };
+  /** Present values of the method's parameters, as control reports them once a second. */
+  readonly parameters = new Map<string, number>();
+  /** What services said when they ended, by name, until they are back. */
+  readonly ends = new Map<string, string>();
+  readonly taps: Taps = { status: [], shape: [], hal: [], summary: [], diagnostics: [] };
 
   constructor(
     readonly robot: Robot,
@@ -56,22 +66,38 @@ export class World {
     readonly server: ServerClock,
   ) {
     const topic = (name: string): string => `/${robot.prefix}/${name}`;
-    this.status = link.subscribe<ControlStatus>(topic("control/status"), (m) => this.taps.status.forEach((f) => f(m)));
+    this.status = link.subscribe<ControlStatus>(topic("control/status"), (m, time) =>
+      this.taps.status.forEach((f) => f(m, time)),
+    );
     this.permissions = link.subscribe(topic("control/permissions"));
-    this.hal = link.subscribe(topic("hal/status"));
+    this.hal = link.subscribe<HalStatus>(topic("hal/status"), (m, time) => this.taps.hal.forEach((f) => f(m, time)));
     this.limits = link.subscribe(topic("actuation/limits"));
     this.reference = link.subscribe(topic("planning/reference"));
     this.path = link.subscribe(topic("planning/path"));
-    this.summary = link.subscribe(topic("planning/summary"));
+    this.summary = link.subscribe<RunSummary>(topic("planning/summary"), (m, time) =>
+      this.taps.summary.forEach((f) => f(m, time)),
+    );
     this.clearance = link.subscribe(topic("control/clearance"));
     this.teleop = link.subscribe(topic("teleop/status"));
-    link.subscribe<DiagnosticArray>(topic("diagnostics"), (m) => this.taps.diagnostics.forEach((f) => f(m)));
+    link.subscribe<DiagnosticArray>(topic("diagnostics"), (m, time) => {
+      this.note(m);
+      this.taps.diagnostics.forEach((f) => f(m, time));
+    });
     this.arms = robot.arms.map((arm, k) => ({
       measuredJs: link.subscribe(topic(`${arm.name}/measured_js`)),
       setpointJs: link.subscribe(topic(`${arm.name}/setpoint_js`)),
       measuredCp: link.subscribe(topic(`${arm.name}/measured_cp`)),
-      shape: link.subscribe<Shape>(topic(`${arm.name}/shape`), () => this.taps.shape.forEach((f) => f(k))),
+      shape: link.subscribe<Shape>(topic(`${arm.name}/shape`), (_, time) => this.taps.shape.forEach((f) => f(k, time))),
     }));
+  }
+
+  private note({ status }: DiagnosticArray): void {
+    for (const { name, message, values } of status) {
+      if (message.startsWith(kEnded)) this.ends.set(name, `${name} ${message}`);
+      else this.ends.delete(name);
+      for (const { key, value } of values)
+        if (key.startsWith(kParameter)) this.parameters.set(key.slice(kParameter.length), Number(value));
+    }
   }
 
   controlStatus = (): ControlStatus | null => this.status.value();
@@ -95,13 +121,19 @@ export class World {
       ? `continues the trajectory from point ${plan.point} of ${plan.point_count}`
       : "nothing moves by itself";
   }
-  /** Whether an arm is PAUSED. */
-  paused(): boolean {
+  /** Operating states of all arms; empty while they are not known. */
+  states(): string[] {
     const status = this.controlStatus();
-    return (
-      status !== null && [...status.operating_state.slice(0, status.arm_count)].some((s) => stateName(s) === "PAUSED")
-    );
+    return status === null ? [] : [...status.operating_state.slice(0, status.arm_count)].map(stateName);
   }
+  paused = (): boolean => this.states().includes("PAUSED");
+  /** Whether an arm has a motion to complete. */
+  busy(): boolean {
+    const status = this.controlStatus();
+    return status !== null && status.busy.slice(0, status.arm_count).some((busy) => busy !== 0);
+  }
+  /** Whether control has published a status after the one that a reply names. */
+  after = (sequence: number): boolean => Number(this.controlStatus()?.sequence ?? 0n) > sequence;
   /** Of the last run. */
   lastRun = (): RunSummary | null => this.summary.value();
   clearances = (): Clearances | null => this.clearance.value();

@@ -9,11 +9,11 @@ export const kConditions = {
   link: "the connection to the server is lost",
   live: "the robot's data is out of date",
   lease: "this page does not have the control lease",
-  enabled: "the driven arm is not ENABLED",
   armed: "teleoperation is switched off",
   visible: "the tab is hidden",
   focused: "the window has lost the focus",
   device: "the device was disconnected",
+  enabled: "control does not permit it now",
 } as const;
 export type Condition = keyof typeof kConditions;
 

@@ -12,13 +12,15 @@ export interface Published {
   topic: string;
   schemaName: string;
   schema: string;
+  /** Viewers may publish it, too. */
+  viewers?: boolean;
 }
 
 export const messages: readonly Published[] = [
   { topic: "control/request", schemaName: "tandem_msgs/msg/ControlRequest", schema: controlRequest },
   { topic: "planning/request", schemaName: "tandem_msgs/msg/PlanningRequest", schema: planningRequest },
   { topic: "hal/request", schemaName: "tandem_msgs/msg/HalRequest", schema: halRequest },
-  { topic: "clock/request", schemaName: "tandem_msgs/msg/ClockRequest", schema: clockRequest },
+  { topic: "clock/request", schemaName: "tandem_msgs/msg/ClockRequest", schema: clockRequest, viewers: true },
   { topic: "teleop/input", schemaName: "tandem_msgs/msg/TeleopInput", schema: teleopInput },
-  { topic: "stop", schemaName: "tandem_msgs/msg/Stop", schema: stop },
+  { topic: "stop", schemaName: "tandem_msgs/msg/Stop", schema: stop, viewers: true },
 ];

@@ -22,7 +22,7 @@ export class Slot {
 
   constructor(
     readonly topic: string,
-    private readonly listener: ((message: never) => void) | undefined,
+    private readonly listener: ((message: never, time: number) => void) | undefined,
     private readonly broken: (why: string) => void,
   ) {}
 
@@ -34,7 +34,7 @@ export class Slot {
     this.frame = payload;
     this.decoded = undefined;
     const message = this.listener ? this.value<never>() : null;
-    if (message !== null) this.listener!(message);
+    if (message !== null) this.listener!(message, time);
   }
   value<T>(): T | null {
     if (this.decoded === undefined && this.frame && this.reader) {
@@ -78,6 +78,8 @@ const kSilentLooks = 10;
 
 export class Link {
   state: LinkState = "connecting";
+  /** Why the last connection ended; empty while there is one. */
+  ended = "";
   /** performance.now() of the last frame of any kind. */
   receivedAt = -1;
   private socket: WebSocket | null = null;
@@ -95,8 +97,8 @@ export class Link {
     private readonly events: LinkEvents,
   ) {}
 
-  /** Before open(). A listener receives every sample; without one only the latest is decoded. */
-  subscribe<T>(topic: string, listener?: (message: T) => void): Slot {
+  /** Before open(). A listener receives every sample, and when the server received it; without one only the latest is decoded. */
+  subscribe<T>(topic: string, listener?: (message: T, time: number) => void): Slot {
     const slot = new Slot(topic, listener, (why) => this.events.status(2, why));
     this.slots.set(topic, slot);
     return slot;
@@ -192,6 +194,8 @@ export class Link {
   }
 
   private change(state: LinkState, reason: string): void {
+    if (state === "open") this.ended = "";
+    if (state === "closed") this.ended ||= reason; // that it cannot be opened again is not why it ended
     this.state = state;
     this.events.state(state, reason);
   }

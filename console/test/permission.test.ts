@@ -1,0 +1,57 @@
+// SPDX-License-Identifier: Apache-2.0
+import { expect, test } from "vitest";
+
+import type { Situation } from "../src/state/permission";
+import { kDeeds, whyNotNow } from "../src/state/permission";
+import { Action, Phase } from "../src/wire/messages";
+import { seeded } from "./random";
+
+const kFree: Situation = {
+  operator: true,
+  hidden: false,
+  connected: true,
+  live: true,
+  lease: "mine",
+  phase: Phase.running,
+  refused: () => "",
+};
+/** Deeds that take power away or end a motion. */
+const kSafe = ["release", "pause", "disable", "pauseTrajectory", "endTrajectory"];
+
+test("each condition forbids what it has to, with a reason, in all situations", () => {
+  const random = seeded();
+  const coin = (): boolean => random() < 0.5;
+  for (let run = 0; run < 2000; ++run) {
+    const s: Situation = {
+      operator: coin(),
+      hidden: coin(),
+      connected: coin(),
+      live: coin(),
+      lease: (["mine", "free", "another's"] as const)[Math.floor(3 * random())]!,
+      phase: Math.floor(5 * random()),
+      refused: coin() ? () => "control refuses" : () => "",
+    };
+    for (const deed of kDeeds) {
+      const why = whyNotNow(deed, s);
+      if (!s.operator || !s.connected || !s.live) expect(why).not.toBe("");
+      if (s.hidden && !kSafe.includes(deed)) expect(why).not.toBe("");
+      if (s.lease !== "mine" && !["take", "pause", "disable", "homeDrives"].includes(deed)) expect(why).not.toBe("");
+      if (s.refused(0) !== "" && deed !== "endTrajectory") expect(why).not.toBe("");
+      if (!s.operator) expect(why).toMatch(/^Viewer/);
+    }
+  }
+});
+
+test("all is possible where nothing forbids it, and control's reasons are shown as they are", () => {
+  for (const deed of kDeeds) {
+    const phase = deed === "resumeTrajectory" ? Phase.paused : Phase.running;
+    expect(whyNotNow(deed, { ...kFree, phase })).toBe("");
+    const action = (Action as Record<string, number>)[deed];
+    if (action !== undefined)
+      expect(whyNotNow(deed, { ...kFree, phase, refused: (asked) => (asked === action ? "so" : "") })).toBe("so");
+  }
+  expect(whyNotNow("method", { ...kFree, refused: (asked) => (asked === Action.setMethod ? "so" : "") })).toBe("so");
+  expect(whyNotNow("take", { ...kFree, lease: "another's" })).toMatch(/^Another client/);
+  expect(whyNotNow("pauseTrajectory", { ...kFree, phase: Phase.paused })).toBe("No trajectory runs.");
+  expect(whyNotNow("resumeTrajectory", kFree)).toBe("No trajectory is paused.");
+});

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes of the log: what it contains, its search, filter and export, and alarms.
+"use strict";
+const assert = require("node:assert");
+const fs = require("node:fs");
+
+module.exports = ({ robot, me, takeControl, enable, run, shot, open }) => {
+  const page = () => me().page;
+  /** Waits for an entry of the log. */
+  const logged = (pattern) => me().text("#log", pattern);
+
+  return {
+    async "the log has stops with their sender, faults, ends of runs and what others do"() {
+      await run();
+      await me().tab("log");
+      await me().press("#run-end");
+      await logged(/tandem-planning: line: ended by a client; \d+ of 100 points reached/);
+      robot().command("stop");
+      await logged(/Stop: tandem robot stop, by tandem-cli \(pid \d+ on [^)]+\)/);
+      await logged(/robot: Arm A: stop_requested: a client requested a stop/);
+      await logged(/robot: Arm B: ENABLED → FAULT/);
+      const other = await open();
+      await other.page.keyboard.press("Escape");
+      await logged(/client [0-9a-f]{4}: Stop: operator's page at 127\.0\.0\.1: Esc/);
+      await me().press("#take");
+      await me().text("#lease", /Control: free/);
+      await other.press("#take");
+      await logged(/client [0-9a-f]{4} has control/);
+      await other.press("#disable");
+      await logged(/client [0-9a-f]{4}: disable/);
+      await other.press("#enable");
+      await robot().states("ENABLED");
+      await logged(/client [0-9a-f]{4}: enable/);
+      assert.strictEqual(robot().command("disable").status, 0); // any client may take power away
+      await logged(/tandem-cli \(pid \d+ on [^)]+\): disable/);
+      await other.press("#take");
+      await other.page.context().close();
+      const times = await page().$$eval("#log time", (all) => all.map((time) => time.dateTime));
+      assert.ok(
+        times.every((time) => Math.abs(Date.now() - Date.parse(time)) < 600e3),
+        "a time is wrong",
+      );
+      await shot("console-log");
+    },
+
+    async "the log is searched, filtered and exported"() {
+      await enable();
+      await me().tab("log");
+      robot().command("stop");
+      await logged(/Arm A: stop_requested[^]*Arm B: stop_requested|Arm B: stop_requested[^]*Arm A: stop_requested/);
+      const count = () => page().$$eval("#log li", (all) => all.length);
+      const all = await count();
+      await page().fill("#log-search", "ROBOT stop_requested");
+      await page().waitForFunction(() =>
+        [...document.querySelectorAll("#log li")].every((li) => /Arm .*stop_requested/.test(li.textContent)),
+      );
+      const found = await count();
+      assert.ok(found > 0 && found < all, `${found} of ${all}`);
+      const [download] = await Promise.all([page().waitForEvent("download"), page().click("#log-export")]);
+      const rows = fs
+        .readFileSync(await download.path(), "utf8")
+        .trim()
+        .split("\r\n");
+      assert.strictEqual(rows[0], "time,level,source,text,acknowledged");
+      assert.strictEqual(rows.length, found + 1);
+      assert.match(rows[1], /^\d{4}-\d\d-\d\dT[\d:.]+Z,alarm,"robot","Arm [AB]: stop_requested: /);
+      await page().uncheck('[data-level="alarm"]');
+      await me().text("#log-summary", /^0 of \d+ events/);
+      await page().check('[data-level="alarm"]');
+      await page().fill("#log-search", "");
+      await enable();
+    },
+
+    async "each alarm stays until it is acknowledged, and sounds"() {
+      await takeControl();
+      await page().evaluate(() => {
+        window.tones = [];
+        const Plain = window.OscillatorNode;
+        window.OscillatorNode = class extends Plain {
+          constructor(context, options) {
+            super(context, options);
+            window.tones.push(options.frequency);
+          }
+        };
+      });
+      if (!(await page().$eval("#alarms", (list) => list.childElementCount === 0))) await me().press("#acknowledge");
+      await page().waitForFunction(() => document.querySelector("#alarms").childElementCount === 0);
+      await page().waitForSelector('#sound[aria-pressed="true"]'); // after the first click of a page
+      for (let times = 1; times <= 2; ++times) {
+        await enable();
+        robot().command("stop");
+        // Two arms have the fault: two alarms each time, although the texts are the same.
+        await page().waitForFunction((n) => document.querySelector("#alarms").childElementCount === 2 * n, times);
+      }
+      const alarm = await page().evaluate(() => window.tones.filter((pitch) => pitch > 600).length);
+      assert.ok(alarm >= 3, `${alarm} tones`);
+      await page().waitForFunction((n) => window.tones.filter((pitch) => pitch > 600).length > n, alarm); // repeated
+      await shot("console-alarms");
+      await me().press("#acknowledge");
+      await page().waitForFunction(() => document.querySelector("#alarms").childElementCount === 0);
+      await me().tab("log");
+      await logged(/Arm B: stop_requested.*\(acknowledged \d\d:\d\d:\d\d\.\d{3}\)/);
+      await page().click("#sound");
+      await page().waitForSelector('#sound[aria-pressed="false"]');
+      await page().click("#sound");
+      await me().tab("operate");
+      await enable();
+    },
+  };
+};
