@@ -29,6 +29,11 @@ struct Branch {
   Eigen::Matrix<double, 6, 1> load = Eigen::Matrix<double, 6, 1>::Zero();
   /// Arm base frame <- torsion-free frame of tube 1's end; only defined under a load.
   Eigen::Matrix3d end_frame = Eigen::Matrix3d::Identity();
+  /// Rotation of that frame by beta and by alpha (arm base frame), and derivatives of end_angle and of the frame by the
+  /// wrench; likewise.
+  Eigen::Matrix<double, 3, kMaxTubes> turn_by_translation = Eigen::Matrix<double, 3, kMaxTubes>::Zero(),
+                                      turn_by_rotation = Eigen::Matrix<double, 3, kMaxTubes>::Zero();
+  Eigen::Matrix<double, kMaxTubes + 3, 6> by_load = Eigen::Matrix<double, kMaxTubes + 3, 6>::Zero();
 
   /// Full turns of the end of tube i (from 0) relative to the end of tube 1; the remainder is in [-pi, pi). They
   /// identify the branch: results for the same joints are on the same branch if these numbers agree for all tubes.

@@ -12,6 +12,9 @@ void remember(const JointsRef& q, const Wrench& wrench, const LoadedEquilibrium:
   branch.end_angle = root.guess.theta;
   branch.by_translation = root.by_translation.topRows<kMaxTubes>();
   branch.by_rotation = root.by_rotation.topRows<kMaxTubes>();
+  branch.turn_by_translation = root.by_translation.bottomRows<3>();
+  branch.turn_by_rotation = root.by_rotation.bottomRows<3>();
+  branch.by_load = root.by_wrench;
   branch.load = wrench;
   branch.end_frame = root.guess.end;
 }
@@ -36,29 +39,23 @@ ModelStatus CompliantModel::loadedTip(const JointsRef& q,
   LoadedEquilibrium::Root root;
   if (const ModelStatus status = loaded_.find(q, load, branch, root); status != ModelStatus::kOk)
     return status;
-  Segmentation parts;
-  segment(arm_, q, parts);
-  const LoadedSweep sweep(arm_, parts, TubeJoints(q).beta, root.guess, load, true);
-  root.linearise(sweep);
   remember(q, load, root, branch);
 
   const Eigen::Matrix3d& base = arm_.base.linear();
-  Eigen::Isometry3d end = Eigen::Isometry3d::Identity();
-  end.linear() = root.guess.end * Eigen::AngleAxisd(root.guess.theta[0], Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  end.translation() = sweep.endPosition();
-  tip.pose = arm_.base * end * arm_.tool;
+  tip.pose.linear() = base * root.guess.end *
+                      Eigen::AngleAxisd(root.guess.theta[0], Eigen::Vector3d::UnitZ()).toRotationMatrix() *
+                      arm_.tool.linear();
+  tip.pose.translation() = arm_.base * root.tip;
   Eigen::Matrix<double, 6, 6> turn = Eigen::Matrix<double, 6, 6>::Zero();
   turn.topLeftCorner<3, 3>() = turn.bottomRightCorner<3, 3>() = base;
   const int n = arm_.tubeCount();
   tip.jacobian.resize(6, 2 * n);
-  const LoadedSweep::Twists by_translation = sweep.tipByUnknowns() * root.by_translation + sweep.tipByTranslation();
-  const LoadedSweep::Twists by_rotation = sweep.tipByUnknowns() * root.by_rotation;
-  tip.jacobian.leftCols(n) = (turn * by_translation).leftCols(n);
-  tip.jacobian.rightCols(n) = (turn * by_rotation).leftCols(n);
-  tip.compliance = turn * (sweep.tipByUnknowns() * root.by_wrench + sweep.tipByWrench()) * turn.transpose();
-  tip.stability = sweep.determinant().minimum();
-  tip.stability_at = sweep.determinant().at();
-  tip.conjugate_points = sweep.determinant().conjugatePoints();
+  tip.jacobian.leftCols(n) = (turn * root.tip_by_translation).leftCols(n);
+  tip.jacobian.rightCols(n) = (turn * root.tip_by_rotation).leftCols(n);
+  tip.compliance = turn * root.compliance * turn.transpose();
+  tip.stability = root.stability;
+  tip.stability_at = root.stability_at;
+  tip.conjugate_points = root.conjugate_points;
   return ModelStatus::kOk;
 }
 
@@ -73,8 +70,7 @@ ModelStatus CompliantModel::loadedShape(const JointsRef& q,
     return status;
   Segmentation parts;
   segment(arm_, q, parts);
-  const LoadedSweep sweep(arm_, parts, TubeJoints(q).beta, root.guess, load, false, &shape);
-  root.linearise(sweep);
+  const LoadedSweep sweep(arm_, parts, TubeJoints(q).beta, root.guess, load, LoadedDepth::kPath, &shape);
   remember(q, load, root, branch);
   Eigen::Isometry3d end = Eigen::Isometry3d::Identity();
   end.linear() = root.guess.end;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <Eigen/Cholesky>
+#include <cmath>
 
 #include "kinematics/concentric_tube.h"
 #include "kinematics/scalar.h"
@@ -84,7 +85,32 @@ class DeterminantTrack {
     if constexpr (Size == 4)
       return laplace(m);
     else
-      return m.determinant();
+      return eliminated(m);
+  }
+  /// By elimination with row pivots.
+  static Scalar eliminated(Square m) {
+    using std::abs;
+    Scalar product(1.0);
+    for (int k = 0; k < Size; ++k) {
+      int pivot = k;
+      for (int i = k + 1; i < Size; ++i) {
+        if (abs(m(i, k)) > abs(m(pivot, k)))
+          pivot = i;
+      }
+      if (pivot != k) {
+        m.row(k).swap(m.row(pivot));
+        product = -product;
+      }
+      product *= m(k, k);
+      if (m(k, k) == 0.0)
+        return product;
+      for (int i = k + 1; i < Size; ++i) {
+        const Scalar factor = m(i, k) / m(k, k);
+        for (int j = k + 1; j < Size; ++j)
+          m(i, j) -= factor * m(k, j);
+      }
+    }
+    return product;
   }
   /// By 2 x 2 minors of the upper and the lower rows, for any scalar.
   static Scalar laplace(const Square& m) {

@@ -9,7 +9,8 @@
 namespace tandem::kinematics {
 namespace {
 
-constexpr double kLoadedConverged = 1e-5;    ///< a correction below this leaves an error of its square, rad
+constexpr double kLoadedNear = 3e-4;         ///< a correction below this leaves an error of its square, rad
+constexpr double kLoadedLinear = 1e-7;       ///< a correction below this is applied to first order, rad
 constexpr double kLoadedLongestMove = 0.5;   ///< of an unknown in one step along a path, rad
 constexpr double kLoadedLongestFix = 0.2;    ///< Newton's first correction of a predicted unknown, rad
 constexpr double kLoadedUnexplained = 0.03;  ///< difference of a step to the derivatives at its ends, rad
@@ -25,12 +26,19 @@ LoadedVector difference(const LoadedGuess& from, const LoadedGuess& to) {
 
 }  // namespace
 
-void LoadedEquilibrium::Root::linearise(const LoadedSweep& sweep) {
+LoadedSquare LoadedEquilibrium::Root::linearise(const LoadedSweep& sweep) {
   const LoadedSquare inverse = sweep.byUnknowns().inverse();
   by_rotation = inverse.leftCols<kMaxTubes>();
   by_translation = -inverse * sweep.byTranslation();
   by_wrench = -inverse * sweep.byWrench();
   conjugate_points = sweep.determinant().conjugatePoints();
+  tip = sweep.tip();
+  tip_by_translation = sweep.tipByUnknowns() * by_translation + sweep.tipByTranslation();
+  tip_by_rotation = sweep.tipByUnknowns() * by_rotation;
+  compliance = sweep.tipByUnknowns() * by_wrench + sweep.tipByWrench();
+  stability = sweep.determinant().minimum();
+  stability_at = sweep.determinant().at();
+  return inverse;
 }
 
 LoadedVector LoadedEquilibrium::Root::change(const safety::ArmVector& dq, const Wrench& load) const {
@@ -45,26 +53,38 @@ void LoadedEquilibrium::Root::move(const LoadedVector& change) {
     guess.end = Eigen::Quaterniond((Eigen::AngleAxisd(angle, turn / angle) * guess.end)).normalized();
 }
 
-/// Newton's method from root.guess.
+/// Newton's method from root.guess. Only its last steps need all derivatives.
 /// @param longest largest permitted first correction, rad
-bool LoadedEquilibrium::correct(const Place& place, double longest, Root& root) const noexcept {
+/// @param depth of the result
+/// @param near the guess is expected to be within kLoadedLinear
+bool LoadedEquilibrium::correct(const Place& place,
+                                double longest,
+                                LoadedDepth depth,
+                                bool near,
+                                Root& root) const noexcept {
   constexpr int kMaxIterations = 12;
   Segmentation parts;
   segment(arm_, place.q, parts);
   const TubeJoints joints(place.q);
   double allowed = longest;
   for (int iteration = 0; iteration < kMaxIterations; ++iteration) {
-    const LoadedSweep sweep(arm_, parts, joints.beta, root.guess, place.wrench, false);
-    root.linearise(sweep);
+    const LoadedSweep sweep(arm_, parts, joints.beta, root.guess, place.wrench, near ? depth : LoadedDepth::kUnknowns);
     LoadedVector residual;
     residual << joints.alpha - sweep.baseAngle(), -sweep.baseTurn();
-    const LoadedVector correction = sweep.byUnknowns().partialPivLu().solve(residual);
+    LoadedVector correction;
+    if (near)
+      correction = root.linearise(sweep) * residual;
+    else
+      correction = sweep.byUnknowns().partialPivLu().solve(residual);
     const double size = correction.cwiseAbs().maxCoeff();
     if (!(size <= allowed))  // also for NaN
       return false;
     root.move(correction);
-    if (size < kLoadedConverged)
+    if (near && size < kLoadedLinear) {
+      root.tip += sweep.tipByUnknowns().topRows<3>() * correction;
       return true;
+    }
+    near = size < kLoadedNear;
     allowed = 0.5 * size;
   }
   return false;
@@ -78,7 +98,10 @@ bool LoadedEquilibrium::start(const JointsRef& q, const Branch& branch, Place& p
   if (known && !branch.load.isZero(0.0)) {
     place.wrench = branch.load;
     root.guess = {branch.end_angle, branch.end_frame};
-    return correct(place, kLoadedLongestFix, root);
+    root.by_translation << branch.by_translation, branch.turn_by_translation;
+    root.by_rotation << branch.by_rotation, branch.turn_by_rotation;
+    root.by_wrench = branch.by_load;
+    return true;
   }
   Equilibrium::Root unloaded;
   if (unloaded_.find(place.q, branch, unloaded) != ModelStatus::kOk)
@@ -88,7 +111,7 @@ bool LoadedEquilibrium::start(const JointsRef& q, const Branch& branch, Place& p
   const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(place.q).beta, unloaded.theta, 1.0, StepDepth::kPose);
   root.guess = {unloaded.theta, sweep.endRotation()};
   root.snapped = unloaded.snapped;
-  return correct(place, kLoadedLongestFix, root);
+  return correct(place, kLoadedLongestFix, LoadedDepth::kPath, true, root);
 }
 
 /// Follows the straight path through stable equilibria.
@@ -108,9 +131,11 @@ double LoadedEquilibrium::follow(const Place& from, const Place& to, Root& root)
     next.wrench = last ? to.wrench : Wrench(from.wrench + (done + step) * load);
     root = reached;
     root.move(step * velocity);
-    const bool found = correct(next, kLoadedLongestFix, root) && root.conjugate_points == 0;
+    const LoadedDepth depth = last ? LoadedDepth::kTip : LoadedDepth::kPath;
+    const bool found = correct(next, kLoadedLongestFix, depth, step * fastest < kLoadedNear, root);
     const LoadedVector mean = 0.5 * step * (velocity + root.change(displacement, load));
-    if (found && (difference(reached.guess, root.guess) - mean).cwiseAbs().maxCoeff() < kLoadedUnexplained) {
+    if (found && root.conjugate_points == 0 &&
+        (difference(reached.guess, root.guess) - mean).cwiseAbs().maxCoeff() < kLoadedUnexplained) {
       reached = root;
       done = last ? 1.0 : done + step;
       step *= 2.0;
@@ -152,7 +177,7 @@ bool LoadedEquilibrium::followAroundFold(const Place& from, const Place& to, dou
     Segmentation parts;
     segment(arm_, q, parts);
     const TubeJoints joints(q), moves(displacement);
-    const LoadedSweep sweep(arm_, parts, joints.beta, point.guess, from.wrench + lambda * load, false);
+    const LoadedSweep sweep(arm_, parts, joints.beta, point.guess, from.wrench + lambda * load, LoadedDepth::kPath);
     LoadedVector by_lambda = sweep.byTranslation() * moves.beta + sweep.byWrench() * load;
     by_lambda.head<kMaxTubes>() -= moves.alpha;
     matrix.template topRows<kLoadedUnknowns>() << sweep.byUnknowns(), by_lambda;
@@ -164,7 +189,7 @@ bool LoadedEquilibrium::followAroundFold(const Place& from, const Place& to, dou
   const auto visit = [&](const Root& before, double lambda, const Root& after, double next) {
     if ((lambda < 1.0) != (next < 1.0)) {
       Root candidate = std::abs(next - 1.0) < std::abs(lambda - 1.0) ? after : before;
-      if (correct(to, kLoadedLongestMove, candidate)) {
+      if (correct(to, kLoadedLongestMove, LoadedDepth::kTip, false, candidate)) {
         arrived = true;
         root = candidate;
         return candidate.conjugate_points > 0;

@@ -10,7 +10,8 @@ namespace tandem::kinematics {
 /** Finds equilibria under a wrench at the tool's tip with constant direction in the arm's base frame.
  *
  * Unknowns are the angles of the tubes' ends and the rotation of tube 1's end; conditions are the motors' angles and
- * the base frame (Newton's method on LoadedSweep). Joints and wrench change together along the straight path from the
+ * the base frame (Newton's method on LoadedSweep; its last step, which needs all derivatives, is also the result's).
+ * Joints and wrench change together along the straight path from the
  * last result, or, after a cold start, from the unloaded equilibrium at zero wrench, in steps that are halved as in
  * Equilibrium.
  *
@@ -28,9 +29,15 @@ class LoadedEquilibrium {
     Eigen::Matrix<double, kLoadedUnknowns, 6> by_wrench;
     int conjugate_points = 0;
     bool snapped = false;
+    /// Tool's tip, m, and its twist by translations, rotations and wrench.
+    Eigen::Vector3d tip = Eigen::Vector3d::Zero();
+    LoadedSweep::Twists tip_by_translation, tip_by_rotation;
+    Eigen::Matrix<double, 6, 6> compliance;
+    double stability = 1.0, stability_at = 0.0;  ///< for LoadedDepth::kTip
 
-    /// Sets the derivatives from a sweep at the guess, by the implicit function theorem.
-    void linearise(const LoadedSweep& sweep);
+    /// Sets the derivatives from a sweep at the guess, of LoadedDepth::kPath or kTip, by the implicit function theorem.
+    /// @return derivative of the unknowns by the conditions
+    LoadedSquare linearise(const LoadedSweep& sweep);
     /// First-order change of the unknowns.
     LoadedVector change(const safety::ArmVector& dq, const Wrench& load) const;
     void move(const LoadedVector& change);
@@ -49,7 +56,7 @@ class LoadedEquilibrium {
     Wrench wrench;
   };
   bool start(const JointsRef& q, const Branch& branch, Place& place, Root& root) const noexcept;
-  bool correct(const Place& place, double longest, Root& root) const noexcept;
+  bool correct(const Place& place, double longest, LoadedDepth depth, bool near, Root& root) const noexcept;
   double follow(const Place& from, const Place& to, Root& root) const noexcept;
   bool detour(const Place& from, const Place& to, double part, Root& root) const noexcept;
   bool untwisted(const Place& to, double part, Root& root) const noexcept;

@@ -1,67 +1,110 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
-#include "kinematics/detail/loaded_state.h"
+#include "kinematics/detail/loaded_pieces.h"
 #include "kinematics/detail/transmission.h"
 
 namespace tandem::kinematics {
 
-using namespace loaded_state;
 using Eigen::Matrix3d;
+namespace rows = loaded_pieces;
 
-/// Derivatives of the rows from `row` on of (psi, t) and of the turn, in the end frame, by a variation of the end;
-/// minus the turn of the end frame itself.
-LoadedSweep::ByVariation LoadedSweep::byVariation(const State& y, int row) const {
-  const auto column = columns(y);
-  Eigen::Matrix<double, kMaxTubes + 3, kTranslation> direct;
-  direct << column.block<kMaxTubes, kTranslation>(row, 0), column.block<3, kTranslation>(kTurn, 0);
-  ByVariation result = direct.rightCols<6>() * load_by_variation_;
-  result.leftCols<kMaxTubes>() += direct.leftCols<kMaxTubes>();
+namespace {
+
+using Track = LoadedSweep::Track;
+using Variations = rows::Columns<LoadedSweep::kVariation>;
+
+/// Angles of the tubes and tilt of the backbone. Beyond a tube's end its row is that of the identity.
+template <int C>
+auto variationOf(const LoadedPart& part, const rows::Columns<C>& columns) {
+  Eigen::Matrix<double, LoadedSweep::kVariation, C> variation;
+  variation << columns.template topRows<kMaxTubes>(), columns.template middleRows<2>(rows::kTurn);
+  for (int i = 0; i < kMaxTubes; ++i) {
+    if (part.present[i])
+      variation.row(i) += columns.row(rows::kTurn + 2);
+  }
+  return variation;
+}
+
+/// Z and its derivative over a piece of this length.
+Track::Place place(const LoadedPart& part, const LoadedState& state, const Variations& columns, double length) {
+  using Row = Eigen::Matrix<double, 1, LoadedSweep::kVariation>;
+  Row ux = columns.row(rows::kMoment), uy = columns.row(rows::kMoment + 1);
+  for (int c = 0; c < part.curved_count; ++c) {
+    const int i = part.curved[c];
+    ux -= part.b[i] * std::cos(state.psi[i]) * columns.row(i);
+    uy -= part.b[i] * std::sin(state.psi[i]) * columns.row(i);
+  }
+  const Eigen::Vector2d u = state.bend(part);
+  const auto w = columns.middleRows<3>(rows::kTurn);
+  Variations slope = Variations::Zero();
+  slope.topRows<kMaxTubes>() = -length * (part.compliance.asDiagonal() * columns.middleRows<kMaxTubes>(rows::kTorsion));
+  slope.row(rows::kTurn) = length * (u.y() * w.row(2) - ux / part.total);
+  slope.row(rows::kTurn + 1) = length * (-u.x() * w.row(2) - uy / part.total);
+  slope.row(rows::kTurn + 2) = length * (u.x() * w.row(1) - u.y() * w.row(0));
+  return {variationOf(part, columns), variationOf(part, slope)};
+}
+
+/// B: variation at the end of a piece by the moments that hold its beginning, but for a factor; 1 for absent tubes.
+template <int N>
+Track::Square byMoments(const LoadedSeries& series, const rows::Columns<N>& transition) {
+  const LoadedPart& part = series.part();
+  const Eigen::Matrix<double, LoadedSweep::kVariation, N> all = variationOf(part, transition);
+  const int count = part.curved_count;
+  Track::Square by_moment = Track::Square::Zero();
+  for (int c = 0; c < count; ++c)
+    by_moment.col(part.curved[c]) = all.col(count + c);
+  for (int i = 0; i < kMaxTubes; ++i) {
+    if (part.present[i] && !part.isCurved(i)) {
+      by_moment.col(i) = all.col(2 * count);
+      by_moment(i, i) -= series.length() * part.compliance[i];
+    }
+  }
+  by_moment.rightCols<2>() = all.template middleCols<2>(2 * count + 1);
+  by_moment *= -part.total / series.length();  // backwards along s; the size has no influence
+  for (int i = 0; i < kMaxTubes; ++i) {
+    if (!part.present[i])
+      by_moment(i, i) = 1.0;
+  }
+  return by_moment;
+}
+
+}  // namespace
+
+/// Columns by a variation of the end, its own turn included.
+LoadedSweep::Variations LoadedSweep::variations() const {
+  Variations result = columns_.middleCols<6>(kForce).lazyProduct(load_by_variation_);
+  result.leftCols<kMaxTubes>() += columns_.leftCols<kMaxTubes>();
+  result.block<3, 2>(rows::kTurn, kMaxTubes) += rotation_.transpose().leftCols<2>();
   return result;
 }
 
-/// Z and its derivative over a step of this length. Beyond a tube's end its row is that of the identity.
-LoadedSweep::Track::Place LoadedSweep::place(const Interval& part, const State& y, double length) const {
-  State slope;
-  derivative(part, y, slope);
-  ByVariation here = byVariation(y, 0);
-  here.block<2, 2>(kMaxTubes, kMaxTubes).diagonal().array() += 1.0;
-  const ByVariation change = length * byVariation(slope, 0);
-  const Matrix3d r = rotation(y), dr = length * rotation(slope);
-  const Eigen::Matrix<double, 3, kVariation> turn = r.transpose() * here.bottomRows<3>();
-  const Eigen::Matrix<double, 3, kVariation> dturn =
-      r.transpose() * change.bottomRows<3>() + dr.transpose() * here.bottomRows<3>();
-  Track::Place place;
-  place.z << here.topRows<kMaxTubes>(), turn.topRows<2>();
-  place.slope << change.topRows<kMaxTubes>(), dturn.topRows<2>();
-  for (int i = 0; i < kMaxTubes; ++i) {
-    if (part.present[i]) {
-      place.z.row(i) += turn.row(2);
-      place.slope.row(i) += dturn.row(2);
-    }
+/// Adds a piece that begins at the present position, for the minimum and the index of DeterminantTrack.
+template <int N>
+void LoadedSweep::track(const LoadedSeries& series, const LoadedColumns<N>& basis, const Columns<N>& transition) {
+  const LoadedPart& part = series.part();
+  const double length = series.length();
+  const Variations start = variations();
+  const auto at = [&](double x, const Columns<N>& here) {
+    return place(part, series.at(x), rows::carried<N, kVariation>(series, here, x, start), length);
+  };
+  const auto within = [&](double x) { return at(x, rows::endOf<N>(part, basis.at(x))); };
+  const Track::Place distal = place(part, state_, start, length), proximal = at(1.0, transition);
+  if (depth_ == LoadedDepth::kTip) {
+    // In halves, because the determinant begins level at the arm's end.
+    const Track::Place middle = within(0.5);
+    const double s_middle = s_ - 0.5 * length;
+    track_.add(s_, s_middle, distal, middle, [&](double x) { return within(0.5 * x); });
+    track_.add(s_middle, s_ - length, middle, proximal, [&](double x) { return within(0.5 + 0.5 * x); });
   }
-  return place;
+  count(distal.z.transpose() * byMoments(series, transition).partialPivLu().solve(proximal.z));
 }
 
-/// Adds the step from `before` at s_ to y_, for the minimum and the index of DeterminantTrack.
-void LoadedSweep::track(const Interval& part, const State& before, double length) {
-  const Track::Place distal = place(part, before, length), proximal = place(part, y_, length);
-  if (refine_) {
-    track_.add(s_, s_ - length, distal, proximal,
-               [&](double x) { return place(part, advanced(part, before, x * length), length); });
-  }
-  const auto column = columns(y_).rightCols<kVariation>();
-  const Eigen::Matrix<double, 3, kVariation> turn = rotation(y_).transpose() * column.middleRows<3>(kTurn);
-  Variation by_moment;
-  by_moment << column.topRows<kMaxTubes>(), turn.topRows<2>();
-  for (int i = 0; i < kMaxTubes; ++i) {
-    if (part.present[i])
-      by_moment.row(i) += turn.row(2);
-    else
-      by_moment(i, i) = 1.0;
-  }
-  count(distal.z.transpose() * by_moment.partialPivLu().solve(proximal.z));
-}
+template void LoadedSweep::track(const LoadedSeries&, const LoadedColumns<6>&, const Columns<6>&);
+template void LoadedSweep::track(const LoadedSeries&, const LoadedColumns<8>&, const Columns<8>&);
+template void LoadedSweep::track(const LoadedSeries&, const LoadedColumns<10>&, const Columns<10>&);
+template void LoadedSweep::track(const LoadedSeries&, const LoadedColumns<12>&, const Columns<12>&);
+template void LoadedSweep::track(const LoadedSeries&, const LoadedColumns<14>&, const Columns<14>&);
 
 void LoadedSweep::count(const Variation& form) {
   if (has_potential_)
@@ -71,18 +114,19 @@ void LoadedSweep::count(const Variation& form) {
 }
 
 /// Behind the entry point the backbone is guided: modelled as a very stiff constraint of its direction.
-TubeVector LoadedSweep::trackTransmission(const Interval& entry) {
-  const Variation z = place(entry, y_, 0.0).z;
-  const ByVariation moment = byVariation(y_, kMaxTubes);
+TubeVector LoadedSweep::trackTransmission(const LoadedPart& entry) {
+  const Variations columns = variations();
+  const Variation z = variationOf(entry, columns);
+  const auto moment = columns.middleRows<kMaxTubes>(rows::kTorsion);
   Variation motor = z;
   double s = 0.0;
   const TubeVector compliance =
       crossTransmission<double>(arm_, parts_, beta_, [&](const TubeVector& added, double end) {
         const Variation begin = motor;
         Variation slope = Variation::Zero();
-        slope.topRows<kMaxTubes>() = -(added.asDiagonal() * moment.topRows<kMaxTubes>());
+        slope.topRows<kMaxTubes>() = -(added.asDiagonal() * moment);
         motor += slope;
-        if (refine_) {
+        if (depth_ == LoadedDepth::kTip) {
           track_.add(s, end, {begin, slope}, {motor, slope}, [&](double x) {
             return Track::Place{begin + x * slope, slope};
           });

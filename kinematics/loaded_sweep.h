@@ -3,12 +3,15 @@
 #pragma once
 
 #include "kinematics/determinant_track.h"
+#include "kinematics/loaded_series.h"
 #include "kinematics/segmentation.h"
 
 namespace tandem::kinematics {
 
 /// Unknowns of a loaded arm: end angles of four tubes, then a rotation of the end frame (arm base frame, rad).
 inline constexpr int kLoadedUnknowns = kMaxTubes + 3;
+template <int N>
+class LoadedColumns;
 using LoadedVector = Eigen::Matrix<double, kLoadedUnknowns, 1>;
 using LoadedSquare = Eigen::Matrix<double, kLoadedUnknowns, kLoadedUnknowns>;
 
@@ -18,17 +21,19 @@ struct LoadedGuess {
   Eigen::Matrix3d end = Eigen::Matrix3d::Identity();  ///< arm base frame <- torsion-free frame of tube 1's end
 };
 
+/** Requested outputs of a sweep. */
+enum class LoadedDepth {
+  kUnknowns,  ///< residual and its derivatives by the unknowns
+  kPath,      ///< also those by wrench and translations, the tip, and the conjugate points
+  kTip,       ///< also the determinant's minimum
+};
+
 /** Special Cosserat rods without shear and extension (Rucker, Jones and Webster 2010), integrated from a guess of the
- * state at the arm's end.
+ * state at the arm's end back to the entry point, by Taylor series (LoadedSeries).
  *
- * All quantities are in the frame of tube 1's end (R, p: frame at s in it; f, m: wrench at its origin, constant there).
- * With sigma running backwards from the end:
- *
- *   psi_i' = -t_i / c_i,  t_i' = -b_i (u_x cos psi_i + u_y sin psi_i),  R' = -R [u]x,  p' = -R e_z,
- *   u = ((R' (m - p x f))_xy + sum_j b_j (-sin psi_j, cos psi_j)) / K,
- *
- * t_1 = m_z at the end of tube 1 and t_i = 0 at the other ends. The variational equations are integrated with them, so
- * derivatives by end angles, wrench and translations are exact (Fehlberg 7(8), step by error control).
+ * t_1 = m_z at the end of tube 1 and t_i = 0 at the other ends. The variational equations are integrated with the state
+ * (LoadedColumns), so derivatives by end angles, wrench and translations are exact: for kUnknowns those of the unknowns
+ * themselves, otherwise the transition matrix of each piece, which also gives its stiffness.
  *
  * Stability is tested for the whole rod along the whole length (DeterminantTrack): Z(s) maps a variation of the end to
  * the one at s. A variation is the rotation of each tube about the backbone, delta psi_i + w_z, and the tilt of the
@@ -41,15 +46,13 @@ class LoadedSweep {
   using Twists = Eigen::Matrix<double, 6, kMaxTubes>;
 
   /// @param wrench force and moment at the tool's tip, arm base frame
-  /// @param tool end frame of tube 1 <- tool's tip: position, m
-  /// @param refine search the determinant's minimum between the steps of integration, too
   /// @param samples filled from their `s` (ascending, m) if given; poses are then in the frame of tube 1's end
   LoadedSweep(const ConcentricTubeArm& arm,
               const Segmentation& parts,
               const TubeVector& beta,
               const LoadedGuess& guess,
               const Wrench& wrench,
-              bool refine,
+              LoadedDepth depth,
               std::vector<ShapePoint>* samples = nullptr);
 
   /// Base angles for the guess, rad, and rotation of the resulting base frame relative to the real one.
@@ -75,60 +78,57 @@ class LoadedSweep {
   using Track = DeterminantTrack<double, kVariation>;
   const Track& determinant() const { return track_; }
 
-  /// Columns of derivatives: by end angles, force, moment (both in the end frame), translations, and by the torsional
-  /// and bending moments at the beginning of the present step.
-  static constexpr int kForce = kMaxTubes, kMoment = kForce + 3, kTranslation = kMoment + 3;
-  static constexpr int kStep = kTranslation + kMaxTubes, kColumns = kStep + kVariation;
-  static constexpr int kRows = 2 * kMaxTubes + 6;   ///< of a column: psi, t, turn, shift
-  static constexpr int kBase = 2 * kMaxTubes + 12;  ///< psi, t, R, p
-  using State = Eigen::Matrix<double, kBase + kRows * kColumns, 1>;
+  static constexpr int kRows = 2 * kMaxTubes + 11;  ///< of a column of derivatives, see loaded_pieces
 
  private:
-  struct Interval {
-    std::array<bool, kMaxTubes> present{};
-    TubeVector b = TubeVector::Zero();           ///< K_i kappa_i, N m
-    TubeVector compliance = TubeVector::Zero();  ///< 1 / c_i, 0 for tubes that have ended
-    double total = 0.0;                          ///< K, N m^2
-  };
+  /// Columns of derivatives: by end angles, force, moment (both in the end frame), and translations.
+  static constexpr int kForce = kMaxTubes, kMoment = kForce + 3, kTranslation = kMoment + 3;
+  static constexpr int kColumns = kTranslation + kMaxTubes;
+  template <int C>
+  using Columns = Eigen::Matrix<double, kRows, C>;
+  using Variations = Columns<kVariation>;
   using Variation = Track::Square;
-  Interval properties(int index) const;
-  Eigen::Vector2d bend(const Interval& part, const State& y) const;
-  TubeVector torque(const Interval& part, const State& y) const;
-  void derivative(const Interval& part, const State& y, State& slope) const;
-  void enter(const Interval& part, const Interval* distal, int owner);
-  void cross(const Interval& part, double start, double end);
-  void startStep(const Interval& part);
-  State advanced(const Interval& part, const State& from, double length) const;
-  void sample(const Interval& part, ShapePoint& point) const;
+  LoadedPart properties(int index) const;
+  void setLoads(const Wrench& wrench);
+  void enter(const LoadedPart& part, const LoadedPart* distal, int owner);
+  void cross(const LoadedPart& part, const Segmentation::Interval& interval);
+  template <int N>
+  void takeUnknowns(const LoadedSeries& series);
+  template <int N>
+  void takeAll(const LoadedSeries& series);
+  void sample(const LoadedSeries& series);
 
-  using ByVariation = Eigen::Matrix<double, kMaxTubes + 3, kVariation>;
-  ByVariation byVariation(const State& y, int row) const;
-  Track::Place place(const Interval& part, const State& y, double length) const;
-  void track(const Interval& part, const State& before, double length);
+  Variations variations() const;
+  template <int N>
+  void track(const LoadedSeries& series, const LoadedColumns<N>& basis, const Columns<N>& transition);
   void count(const Variation& form);
 
   void transmission();
-  TubeVector trackTransmission(const Interval& entry);  ///< @return the transmission's compliance, rad / (N m)
+  TubeVector trackTransmission(const LoadedPart& entry);  ///< @return the transmission's compliance, rad / (N m)
   void finish();
 
   const ConcentricTubeArm& arm_;
   const Segmentation& parts_;
   TubeVector beta_;
   LoadedGuess guess_;
-  Eigen::Vector3d force_, moment_;  ///< at the end of tube 1, in its frame
-  Eigen::Vector3d tool_;            ///< from the end of tube 1 to the tool's tip, in its frame
-  /// Force and moment in the end frame by the unknowns and by the wrench.
+  LoadedDepth depth_;
+  Eigen::Vector3d tool_;  ///< from the end of tube 1 to the tool's tip, in its frame
+  /// Force and moment in the end frame by the unknowns, by the wrench, and by a variation of the end.
   Eigen::Matrix<double, 6, kLoadedUnknowns> load_by_unknowns_;
   Eigen::Matrix<double, 6, 6> load_by_wrench_;
   Eigen::Matrix<double, 6, kVariation> load_by_variation_;
   bool has_potential_;
-  bool refine_;
   std::vector<ShapePoint>* samples_;
   std::size_t unsampled_ = 0;
-  double s_;
-  State y_;
-  /// Derivative of the moment in the end frame by each column.
-  Eigen::Matrix<double, 3, kColumns> moment_by_column_;
+
+  double s_;  ///< present position, m
+  LoadedState state_;
+  Eigen::Matrix3d rotation_ = Eigen::Matrix3d::Identity();  ///< present frame in that of tube 1's end
+  Eigen::Vector3d position_ = Eigen::Vector3d::Zero();
+  Columns<kColumns> columns_;
+  /// For kUnknowns instead: by the end angles of the arm's own tubes, then by the rotation of the end frame.
+  static constexpr int kMostUnknowns = kLoadedUnknowns + 1;  // an even number
+  Columns<kMostUnknowns> by_unknown_;
 
   TubeVector base_angle_;
   Eigen::Vector3d base_turn_;

@@ -238,6 +238,82 @@ TEST(CompliantLoad, IsReciprocal) {
   }
 }
 
+/// What a warm start predicts from.
+TEST(CompliantLoad, BranchHasTheDerivativesOfItsUnknowns) {
+  int compared = 0;
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 60; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    const auto arm = randomArm(random);
+    const Eigen::VectorXd q = jointsAnywhere(arm, random, 0.0);
+    const Wrench wrench = 0.3 * anyWrench(arm, q, random);
+    const CompliantModel model(arm);
+    const int n = arm.tubeCount();
+    const auto at = [&](const Eigen::VectorXd& there, const Wrench& load) {
+      Branch branch;
+      LoadedTip tip;
+      EXPECT_EQ(model.loadedTip(there, load, branch, tip), ModelStatus::kOk);
+      return branch;
+    };
+    const Branch middle = at(q, wrench);
+    const Eigen::Matrix3d base = arm.base.linear();  // a branch keeps quantities of the arm's base frame
+    const auto compare = [&](const Branch& less, const Branch& more, double step, const Eigen::VectorXd& expected) {
+      Eigen::VectorXd change(7);
+      const Eigen::AngleAxisd turn(Eigen::Matrix3d(more.end_frame * less.end_frame.transpose()));
+      change << more.end_angle - less.end_angle, turn.angle() * turn.axis();
+      if (!(change.norm() < 0.1))
+        return;  // another equilibrium
+      EXPECT_LT((change / (2.0 * step) - expected).norm(), 1e-3 * expected.norm() + 1e-4);
+      ++compared;
+    };
+    for (int j = 0; j < 6; ++j) {
+      const double step = 1e-4 / middle.by_load.col(j).norm();
+      Wrench aside = Wrench::Zero();
+      aside.segment<3>(3 * (j / 3)) = step * base.col(j % 3);
+      compare(at(q, wrench - aside), at(q, wrench + aside), step, middle.by_load.col(j));
+    }
+    for (int i = 0; i < n; ++i) {
+      const Eigen::VectorXd aside = 1e-4 * Eigen::VectorXd::Unit(2 * n, n + i);
+      Eigen::VectorXd expected(7);
+      expected << middle.by_rotation.col(i), middle.turn_by_rotation.col(i);
+      compare(at(q - aside, wrench), at(q + aside, wrench), 1e-4, expected);
+    }
+  }
+  EXPECT_GT(compared, 300);
+}
+
+TEST(CompliantLoad, AWarmStartIsAtTheEquilibriumOfAColdOne) {
+  int compared = 0;
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 100; ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    const auto arm = randomArm(random);
+    const Eigen::VectorXd q = jointsAnywhere(arm, random, 0.0);
+    const Wrench wrench = 0.3 * anyWrench(arm, q, random);
+    const CompliantModel model(arm);
+    Branch branch;
+    LoadedTip tip;
+    ASSERT_EQ(model.loadedTip(q, wrench, branch, tip), ModelStatus::kOk);
+    const LoadedTip first = tip;
+    ASSERT_EQ(model.loadedTip(q, wrench, branch, tip), ModelStatus::kOk);
+    EXPECT_LT((tip.pose.matrix() - first.pose.matrix()).norm(), 1e-12);
+    EXPECT_LT((tip.compliance - first.compliance).norm(), 1e-6 * first.compliance.norm());
+    Eigen::VectorXd there = q;
+    there.tail(arm.tubeCount()) += std::pow(10.0, random.uniform(-5.0, -1.0)) * anyVector(random, 1.0).head(1)[0] *
+                                   Eigen::VectorXd::Unit(arm.tubeCount(), 0);
+    ASSERT_EQ(model.loadedTip(there, wrench, branch, tip), ModelStatus::kOk);
+    Branch cold;
+    LoadedTip expected;
+    ASSERT_EQ(model.loadedTip(there, wrench, cold, expected), ModelStatus::kOk);
+    if (branch.snapped || (branch.end_angle - cold.end_angle).norm() > 1e-3)
+      continue;  // another equilibrium
+    EXPECT_LT((tip.pose.matrix() - expected.pose.matrix()).norm(), 1e-9);
+    EXPECT_LT((tip.jacobian - expected.jacobian).norm(), 1e-5 * expected.jacobian.norm());
+    ++compared;
+  }
+  EXPECT_GT(compared, 80);
+}
+
 TEST(CompliantLoad, AllocatesNothingAndRefusesWhatIsNoNumber) {
   const CompliantModel model(timcArm());
   Random random(baseSeed());
