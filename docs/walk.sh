@@ -1,5 +1,5 @@
-# shellcheck shell=bash
 # SPDX-License-Identifier: Apache-2.0
+# shellcheck shell=bash
 # What the pages that are logs of their commands have in common (tutorial.sh, lab-day.sh). Sourced with the page's name and a new folder:
 # `source walk.sh tutorial FOLDER`. It changes into the folder; tests/docs/walk_test.py compares the pages with a new run.
 walk_page=${1:?walk.sh PAGE FOLDER}

@@ -21,7 +21,7 @@ using hal::canopen::Eds;
 using hal::canopen::EdsObject;
 using hal::canopen::SetupStep;
 using Json = nlohmann::ordered_json;
-using Verdict = SheetFinding::Verdict;
+using SheetVerdict = SheetFinding::Verdict;
 
 /// An axis can be made if somebody accepts what the drive lacks.
 constexpr int kNeedsAcceptance = 3;
@@ -174,7 +174,7 @@ std::string describeValue(const SetupStep& step) {
 /// Read-backs that add nothing to the row of their write are left out.
 std::vector<const SheetFinding*> rowsOf(const SheetCheck& check) {
   std::vector<const SheetFinding*> rows;
-  std::set<std::pair<hal::canopen::ObjectAddress, Verdict>> shown;
+  std::set<std::pair<hal::canopen::ObjectAddress, SheetVerdict>> shown;
   for (const SheetFinding& finding : check.findings) {
     const bool again =
         finding.step.kind == SetupStep::Kind::kCheck && shown.count({finding.step.object, finding.verdict}) != 0;
@@ -212,7 +212,7 @@ std::string mappingOf(const SheetCheck& check) {
   std::string text;
   for (const SheetFinding* row : rowsOf(check)) {
     const std::uint16_t kind = row->step.object.index & 0xFE00;
-    if ((kind == 0x1600 || kind == 0x1A00) && row->verdict == Verdict::kRefused)
+    if ((kind == 0x1600 || kind == 0x1A00) && row->verdict == SheetVerdict::kRefused)
       text += (text.empty() ? "" : "; ") + describe(row->step.object) + " " + row->reason;
   }
   return text.empty() ? "the PDOs of the HAL fit" : text;
@@ -221,7 +221,7 @@ std::string mappingOf(const SheetCheck& check) {
 std::vector<std::string> reasonsOf(const SheetCheck& check) {
   std::vector<std::string> reasons;
   for (const SheetFinding* row : rowsOf(check)) {
-    if (row->verdict == Verdict::kRefused)
+    if (row->verdict == SheetVerdict::kRefused)
       reasons.push_back(describe(row->step.object) + " " + row->step.what + ": " + row->reason);
   }
   for (const hal::ProtectionMask set : check.missing)
@@ -247,7 +247,7 @@ std::string blockOf(const Import& job, const SheetCheck& check) {
     bool first = true;
     for (int k = 0; k < hal::kProtectionCount; ++k) {
       const auto protection = static_cast<hal::Protection>(k);
-      if ((set & bit(protection)) == 0)
+      if ((set & hal::bit(protection)) == 0)
         continue;
       text +=
           indent + (first ? "  " : "  # or ") + "- {protection: " + std::string(name(protection)) + ", reason: \"\"}\n";
@@ -287,7 +287,7 @@ Json importJson(const Import& job, const SheetCheck& check, int code) {
                              {"verdict", name(row->verdict)},
                              {"reason", row->reason}});
   for (int k = 0; k < hal::kProtectionCount; ++k) {
-    if ((check.lost & bit(static_cast<hal::Protection>(k))) != 0)
+    if ((check.lost & hal::bit(static_cast<hal::Protection>(k))) != 0)
       json["lost"].push_back(name(static_cast<hal::Protection>(k)));
   }
   if (code != kFailure)

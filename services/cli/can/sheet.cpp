@@ -91,7 +91,7 @@ std::string needOf(const hal::canopen::SetupStep& step) {
   std::string names;
   for (int k = 0; k < hal::kProtectionCount; ++k) {
     const auto protection = static_cast<hal::Protection>(k);
-    if ((step.protections & bit(protection)) != 0)
+    if ((step.protections & hal::bit(protection)) != 0)
       names += (names.empty() ? "" : ", ") + std::string(name(protection));
   }
   return !names.empty() ? names : step.optional ? "optional" : "required";
@@ -120,7 +120,8 @@ int showProtections(const CanOptions& options, CanTool& tool, int node) {
   if (options.json) {
     nlohmann::ordered_json json{{"node", node}, {"objects_absent", nlohmann::ordered_json::array()}};
     for (int k = 0; k < hal::kProtectionCount; ++k)
-      json[std::string(name(static_cast<hal::Protection>(k)))] = (lost & bit(static_cast<hal::Protection>(k))) == 0;
+      json[std::string(name(static_cast<hal::Protection>(k)))] =
+          (lost & hal::bit(static_cast<hal::Protection>(k))) == 0;
     for (const auto& [object, what] : absent)
       json["objects_absent"].push_back(describe(object));
     json["boots"] = missing.empty();

@@ -161,6 +161,39 @@ TEST(Hardware, TorqueIsWatchedWhereTheFileAsksForIt) {
   EXPECT_EQ(hardware.axes[0].torque.object, 0x6078);
 }
 
+TEST(Hardware, DrivesHaveTheirOwnUnitsModesAndAnswers) {
+  const std::string key = "holds_without_power: self_locking\n";
+  const auto with = [&](const std::string& keys) { return loadText(replaced(good(), key, key + keys)).axes[0]; };
+  const hal::AxisConfig plain = loadHardware(hardwarePreset()).axes[0];
+  EXPECT_EQ(plain.units.velocity, hal::RateUnit::kCounts);
+  EXPECT_TRUE(plain.reports_following);
+  EXPECT_EQ(plain.sdo_timeout, 0.1);
+  const hal::AxisConfig axis = with(
+      "      mode: pv\n      velocity_unit: rpm\n      velocity_unit_scale: 1000\n      acceleration_unit: rev_per_s2\n"
+      "      acceleration_unit_scale: 10\n      sdo_timeout_ms: 250\n      reports_following: false\n");
+  EXPECT_EQ(axis.mode, hal::DriveMode::kProfileVelocity);
+  EXPECT_FALSE(axis.reports_following);
+  EXPECT_EQ(axis.sdo_timeout, 0.25);
+  const hal::AxisUnits units(axis.gearing, axis.units);
+  EXPECT_EQ(units.toVelocityNumber(-10e-3), -3'000'000) << "50 revolutions per second, in thousandths of rpm";
+  EXPECT_EQ(units.toAccelerationNumber(0.2), 10'000) << "1000 revolutions per square second, in tenths";
+  EXPECT_EQ(units.toCountMagnitude(1e-3), 20'480u) << "distances are counts";
+}
+
+TEST(Hardware, AVelocityThatADriveCannotHoldIsRefused) {
+  const std::string key = "holds_without_power: self_locking\n";
+  try {
+    loadText(replaced(good(), key, key + "      velocity_unit: rpm\n      velocity_unit_scale: 1e6\n"));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what())
+                  .find("arm_a translation 1: found a velocity that is 3000000000 in the drive's unit (object 60FF), "
+                        "expected 1 to 2147483647"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(Hardware, EveryKeyReachesItsField) {
   std::string text = good();
   text = replaced(text, "holds_without_power: self_locking\n",

@@ -109,5 +109,20 @@ TEST(AxisUnits, InvalidGearingIsRefused) {
   EXPECT_THROW(AxisUnits{bad}, std::invalid_argument);
 }
 
+/// Numbers of CiA 303-2, as drives state them; each states what it was made from.
+TEST(Units, StatedUnits) {
+  EXPECT_EQ(velocityCode(RateUnit::kRevolutionsPerMinute, 1.0), 0x00B44700u);
+  EXPECT_EQ(velocityCode(RateUnit::kRevolutionsPerMinute, 1000.0), 0xFDB44700u);
+  EXPECT_EQ(accelerationCode(RateUnit::kRevolutionsPerMinute, 1.0), 0x00C00300u);
+  for (const RateUnit unit : kRateUnits) {
+    for (const double scale : {1.0, 10.0, 1e6}) {
+      EXPECT_EQ(unitOfVelocityCode(velocityCode(unit, scale)), std::pair(unit, scale));
+      EXPECT_EQ(unitOfAccelerationCode(accelerationCode(unit, scale)), std::pair(unit, scale));
+    }
+  }
+  EXPECT_FALSE(unitOfVelocityCode(0));
+  EXPECT_FALSE(unitOfVelocityCode(0x00010000));
+}
+
 }  // namespace
 }  // namespace tandem::hal
