@@ -68,8 +68,10 @@ std::string occupant(const config::Deployment& deployment, const std::string& ho
   while (since(start) < listen) {
     for (const dds::Identity& other : bus.others()) {
       const bool ours = std::ranges::any_of(deployment.processes, [&](const config::Process& process) {
-        return process.host == host && process.is_service &&
-               "tandem-" + other.process == std::filesystem::path(process.executable).filename();
+        // A program of one's own in a role has the name of the role alone (docs/own-hardware.md).
+        const bool same = "tandem-" + other.process == std::filesystem::path(process.executable).filename() ||
+                          other.process == process.name;
+        return process.host == host && process.is_service && same;
       });
       if (ours && other.moves != 0)
         return runtime::describe(other) + ", deployment " + other.deployment + ", " + startText(other.started);

@@ -84,6 +84,9 @@ int runUnits(const std::string& name, const std::optional<std::string>& restrict
     if (!process.is_service || !process.arguments.empty())
       fail("processes: found '" + process.name +
            "' with arguments of its own, expected services alone; `tandem up` starts it");
+    if (process.executable.find('/') != std::string::npos)
+      fail("processes: found '" + process.name + "' with the executable " + process.executable +
+           ", expected a program of Tandem, which has a unit; `tandem up` starts it");
     units.push_back(process.executable + "@" + instance + ".service");
   }
   if (units.empty())

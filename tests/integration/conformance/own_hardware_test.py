@@ -3,7 +3,6 @@
 system; each test of the command fails for a wrong variant of the skeleton."""
 import os
 import pathlib
-import re
 import sys
 import tempfile
 
@@ -64,6 +63,12 @@ class OwnHardware(system.SystemTest):
     def deployment(self, **changes):
         return system.deployment(self.folder, "laptop", **{**system.real_time(), **changes})
 
+    def own_deployment(self):
+        """A deployment with the skeleton in the place of the simulator."""
+        path = self.deployment()
+        path.write_text(path.read_text().replace("name: sim, executable: tandem-sim", f"name: hal, executable: {self.build}/my-hal"))
+        return path
+
     def test_the_skeleton_passes(self):
         path = self.deployment()
         start(self, path, self.build / "my-hal")
@@ -73,9 +78,7 @@ class OwnHardware(system.SystemTest):
         assert_all_pass(self, path, "--yes")
 
     def test_the_skeleton_moves_under_the_complete_system(self):
-        path = self.deployment()
-        path.write_text(re.sub(r"name: sim, executable: tandem-sim", f"name: hal, executable: {self.build}/my-hal", path.read_text()))
-        robot = system.System(path)
+        robot = system.System(self.own_deployment())
         self.addCleanup(robot.close)
         self.assert_ok(robot.robot("enable"))
         before = robot.joints()
@@ -83,6 +86,18 @@ class OwnHardware(system.SystemTest):
         self.assertNotEqual(robot.joints(), before)
         self.assert_ok(robot.robot("stop"))
         self.assertEqual(robot.states(), ["FAULT", "FAULT"])
+
+    def test_a_second_process_of_the_role_is_not_started(self):
+        path = self.own_deployment()
+        start(self, path, self.build / "my-hal")
+        conformance(path, "--yes", "--only", "identity")  # it runs
+        answer = system.run("up", path, "--for", "1")
+        self.assert_refused(answer, "in use by hal (pid")
+        (self.folder / "deployments").mkdir()
+        path.rename(self.folder / "deployments" / "own.yaml")
+        answer = system.run("units", "own", environment={"TANDEM_CONFIG_PATH": str(self.folder)})
+        self.assertEqual(answer.returncode, 2, answer.stderr)
+        self.assertIn("found 'hal' with the executable", answer.stderr)
 
     def test_each_test_fails_for_a_wrong_variant(self):
         names = system.run("__complete", "conformance", "hal", "--only", "").stdout.split()
