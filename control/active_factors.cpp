@@ -59,23 +59,23 @@ bool isDiagonal(const QpMatrix& H) {
 
 }  // namespace
 
-bool ActiveFactors::factorise(const QpMatrix& H, double shift) {
+bool ActiveFactors::factorise(const QpMatrix& H, double shift, bool few) {
   n_ = static_cast<int>(H.rows());
-  active_ = 0;
-  J_.setZero(n_, n_);
+  active_ = reflections_ = 0;
   R_.resize(n_, n_);
-  direction_.resize(n_);
-  primal_.resize(n_);
-  dual_.resize(n_);
-  if (isDiagonal(H)) {
-    for (int i = 0; i < n_; ++i) {
-      const double pivot = H(i, i) + shift;
-      if (!(pivot > 0.0))
-        return false;
-      J_(i, i) = 1.0 / std::sqrt(pivot);
-    }
+  w_.resize(n_, n_);
+  for (QpVector* vector : {&h_, &direction_, &primal_, &dual_})
+    vector->resize(n_);
+  diagonal_ = isDiagonal(H);
+  product_ = diagonal_ || few;
+  if (diagonal_) {
+    scale_ = H.diagonal().array() + shift;
+    if (!(scale_.array() > 0.0).all())
+      return false;
+    scale_ = scale_.cwiseSqrt().cwiseInverse();
     return true;
   }
+  J_.setZero(n_, n_);
   bool definite = false;
   withSize(n_, [&]<int N>() {
     definite = cholesky<N>(H, shift, R_);
@@ -88,17 +88,48 @@ bool ActiveFactors::factorise(const QpMatrix& H, double shift) {
 void ActiveFactors::unconstrainedMinimum(const QpVector& g, QpVector& x) {
   take(g);
   x.resize(n_);
-  withSize(n_, [&]<int N>() { combine<N>(0, x); });
+  withSize(n_, [&]<int N>() { combine<N>(direction_, x); });
   x = -x;
 }
 
-/// Sum of the columns of J from `first` on, each times its entry of the direction.
+/// Q^T times a direction, in place.
 template <int N>
-void ActiveFactors::combine(int first, QpVector& sum) const {
+void ActiveFactors::turn(QpVector& direction) const {
+  for (int k = 0; k < reflections_; ++k) {
+    std::swap(direction[first_[k]], direction[largest_[k]]);
+    auto d = sized<N>(direction.data(), n_);
+    const auto w = sized<N>(&w_(0, k), n_);
+    const double share = w.dot(d) / h_[k];
+    if (share != 0.0)  // normals of some arms have no part in the reflections of others
+      d -= share * w;
+  }
+}
+
+/// Sum of the columns of J_ from `first` on, each times its entry of the direction.
+template <int N>
+auto ActiveFactors::sum(const QpVector& direction, int first) const {
   SizedVector<N> total = SizedVector<N>::Zero(n_);
   for (int j = first; j < n_; ++j)
-    total += direction_[j] * sized<N>(&J_(0, j), n_);
-  sized<N>(sum.data(), n_) = total;
+    total += direction[j] * sized<N>(&J_(0, j), n_);
+  return total;
+}
+
+/// J times a direction, which becomes Q times itself.
+template <int N>
+void ActiveFactors::combine(QpVector& direction, QpVector& combined) const {
+  for (int k = reflections_ - 1; k >= 0; --k) {
+    auto d = sized<N>(direction.data(), n_);
+    const auto w = sized<N>(&w_(0, k), n_);
+    const double share = w.dot(d) / h_[k];
+    if (share != 0.0)
+      d -= share * w;
+    std::swap(direction[first_[k]], direction[largest_[k]]);
+  }
+  if (diagonal_) {
+    sized<N>(combined.data(), n_) = sized<N>(scale_.data(), n_).cwiseProduct(sized<N>(direction.data(), n_));
+    return;
+  }
+  sized<N>(combined.data(), n_) = sum<N>(direction, 0);
 }
 
 void ActiveFactors::loadDirection() {
@@ -113,37 +144,63 @@ void ActiveFactors::loadDirection() {
 void ActiveFactors::take(const QpVector& normal) {
   withSize(n_, [&]<int N>() {
     const SizedVector<N> given = sized<N>(normal.data(), n_);
-    for (int j = 0; j < n_; ++j)
-      direction_[j] = sized<N>(&J_(0, j), n_).dot(given);
+    if (diagonal_) {
+      sized<N>(direction_.data(), n_) = sized<N>(scale_.data(), n_).cwiseProduct(given);
+    } else {
+      for (int j = 0; j < n_; ++j)
+        direction_[j] = sized<N>(&J_(0, j), n_).dot(given);
+    }
+    if (reflections_ > 0)
+      turn<N>(direction_);
   });
   loadDirection();
 }
 
 void ActiveFactors::takeUnit(int i, double sign) {
-  for (int j = 0; j < n_; ++j)
-    direction_[j] = sign * J_(i, j);
+  if (diagonal_) {
+    direction_.setZero();
+    direction_[i] = sign * scale_[i];
+  } else {
+    for (int j = 0; j < n_; ++j)
+      direction_[j] = sign * J_(i, j);
+  }
+  if (reflections_ > 0)
+    withSize(n_, [&]<int N>() { turn<N>(direction_); });
   loadDirection();
 }
 
 const QpVector& ActiveFactors::primalStep() {
-  withSize(n_, [&]<int N>() { combine<N>(active_, primal_); });
+  withSize(n_, [&]<int N>() {
+    if (product_) {
+      QpVector outside = direction_;
+      outside.head(active_).setZero();
+      combine<N>(outside, primal_);
+    } else {
+      sized<N>(primal_.data(), n_) = sum<N>(direction_, active_);
+    }
+  });
   return primal_;
 }
 
 const QpVector& ActiveFactors::dualStep() {
   for (int i = 0; i < active_; ++i)
     dual_[i] = direction_[i];
+  divideByR();
+  return dual_;
+}
+
+/// dual_ = R^-1 dual_.
+void ActiveFactors::divideByR() {
   for (int j = active_ - 1; j >= 0; --j) {
     const double* const column = &R_(0, j);
     dual_[j] /= column[j];
     for (int i = 0; i < j; ++i)
       dual_[i] -= column[i] * dual_[j];
   }
-  return dual_;
 }
 
-/// A reflection I - w w^T / h maps d_2 = J_2^T n to a multiple of the first unit vector; J_2 w follows from J_2 d_2.
-/// The largest entry of d_2 is first, so that columns of very different sizes keep their accuracy.
+/// A reflection I - w w^T / h maps d_2 = J_2^T n to a multiple of the first unit vector. The largest entry of d_2 is
+/// first, so that columns of very different sizes keep their accuracy.
 bool ActiveFactors::append() {
   const double length = std::sqrt(outside_);
   if (!(length > 0.0))
@@ -153,19 +210,14 @@ bool ActiveFactors::append() {
     if (std::abs(direction_[j]) > std::abs(direction_[largest]))
       largest = j;
   }
-  if (largest != active_) {
-    std::swap(direction_[active_], direction_[largest]);
-    J_.col(active_).swap(J_.col(largest));
-  }
+  std::swap(direction_[active_], direction_[largest]);
   const double first = direction_[active_], turned = first > 0.0 ? -length : length;
-  direction_[active_] = first - turned;  // w
   const double h = length * (length + std::abs(first));
-  withSize(n_, [&]<int N>() {
-    const SizedVector<N> turn =
-        (sized<N>(primal_.data(), n_) - turned * sized<N>(&J_(0, active_), n_)) / h;  // J_2 w / h
-    for (int j = active_; j < n_; ++j)
-      sized<N>(&J_(0, j), n_) -= direction_[j] * turn;
-  });
+  direction_[active_] = first - turned;  // w
+  if (product_)
+    keep(largest, h);
+  else
+    reflect(largest, turned, h);
   double* const column = &R_(0, active_);
   for (int i = 0; i < active_; ++i)
     column[i] = direction_[i];
@@ -174,14 +226,69 @@ bool ActiveFactors::append() {
   return true;
 }
 
-void ActiveFactors::meet(const QpVector& residual, QpVector& x) {
+/// As a factor of the product.
+void ActiveFactors::keep(int largest, double h) {
+  const int k = reflections_++;
+  first_[k] = active_;
+  largest_[k] = largest;
+  h_[k] = h;
+  double* const w = &w_(0, k);
+  for (int j = 0; j < n_; ++j)
+    w[j] = j < active_ ? 0.0 : direction_[j];
+}
+
+/// In J itself: J_2 w follows from J_2 d_2.
+void ActiveFactors::reflect(int largest, double turned, double h) {
+  if (largest != active_)
+    J_.col(active_).swap(J_.col(largest));
+  withSize(n_, [&]<int N>() {
+    const SizedVector<N> turn =
+        (sized<N>(primal_.data(), n_) - turned * sized<N>(&J_(0, active_), n_)) / h;  // J_2 w / h
+    for (int j = active_; j < n_; ++j)
+      sized<N>(&J_(0, j), n_) -= direction_[j] * turn;
+  });
+}
+
+/// Puts the reflections into J_.
+void ActiveFactors::multiplyOut() {
+  product_ = false;
+  if (diagonal_) {
+    J_.setZero(n_, n_);
+    J_.diagonal() = scale_;
+    diagonal_ = false;
+  }
+  withSize(n_, [&]<int N>() {
+    for (int k = 0; k < reflections_; ++k) {
+      if (first_[k] != largest_[k])
+        J_.col(first_[k]).swap(J_.col(largest_[k]));
+      SizedVector<N> turned = SizedVector<N>::Zero(n_);
+      for (int j = first_[k]; j < n_; ++j) {
+        if (w_(j, k) != 0.0)
+          turned += w_(j, k) * sized<N>(&J_(0, j), n_);
+      }
+      turned /= h_[k];
+      for (int j = first_[k]; j < n_; ++j) {
+        if (w_(j, k) != 0.0)
+          sized<N>(&J_(0, j), n_) -= w_(j, k) * turned;
+      }
+    }
+  });
+  reflections_ = 0;
+}
+
+const QpVector& ActiveFactors::meet(const QpVector& residual, QpVector& x) {
   for (int j = 0; j < active_; ++j) {  // R^T u = -residual, x += J_1 u
     double sum = -residual[j];
     for (int i = 0; i < j; ++i)
       sum -= R_(i, j) * dual_[i];
     dual_[j] = sum / R_(j, j);
-    x += J_.col(j) * dual_[j];
   }
+  QpVector inside = dual_;
+  inside.tail(n_ - active_).setZero();
+  withSize(n_, [&]<int N>() { combine<N>(inside, primal_); });
+  x += primal_;
+  divideByR();
+  return dual_;
 }
 
 void ActiveFactors::descend(const QpVector& gradient, QpVector& x, QpVector& multiplier) {
@@ -191,6 +298,7 @@ void ActiveFactors::descend(const QpVector& gradient, QpVector& x, QpVector& mul
 }
 
 void ActiveFactors::remove(int position) {
+  multiplyOut();
   for (int j = position; j + 1 < active_; ++j) {
     for (int i = 0; i <= j + 1; ++i)
       R_(i, j) = R_(i, j + 1);

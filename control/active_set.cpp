@@ -162,25 +162,17 @@ QpStatus ActiveSet::addEqualities() {
 }
 
 void ActiveSet::propose(int id, double slack) {
-  if (!(slack < amount_ || (slack < amount_warm_ && was_active_[id])))
+  if (!(slack < amount_) || is_active_[id] || is_met_[id] || slack >= -slackTolerance(id))
     return;
-  if (is_active_[id] || is_met_[id] || slack >= -slackTolerance(id))
-    return;
-  if (slack < amount_) {
-    amount_ = slack;
-    worst_ = id;
-  }
-  if (was_active_[id] && slack < amount_warm_) {
-    amount_warm_ = slack;
-    worst_warm_ = id;
-  }
+  amount_ = slack;
+  worst_ = id;
 }
 
 int ActiveSet::mostViolated() {
   const double size = x_.cwiseAbs().maxCoeff();
   size_ = qp_ == &scaled_.program() ? std::max(size_, size) : size;
-  worst_ = worst_warm_ = -1;
-  amount_ = amount_warm_ = 0.0;
+  worst_ = -1;
+  amount_ = 0.0;
   const int lower = equalities_, upper = lower + n_, row = upper + n_;
   const auto look = [this](int id, double slack) {
     if (slack < 0.0)
@@ -201,7 +193,7 @@ int ActiveSet::mostViolated() {
     for (int i = 0; i < rows_; ++i)
       look(row + i, row_slack_[i]);
   }
-  return worst_warm_ >= 0 ? worst_warm_ : worst_;
+  return worst_;
 }
 
 void ActiveSet::save(State& state) const {
@@ -272,24 +264,6 @@ QpStatus ActiveSet::addInequalities() {
   }
 }
 
-/// Solves the problem with H + shift I and gradient_.
-QpStatus ActiveSet::solveStrictly(double shift) {
-  is_active_.fill(false);
-  is_met_.fill(false);
-  active_equalities_ = 0;
-  if (!factors_.factorise(qp_->H, shift))
-    return QpStatus::kNotConvex;
-  normal_.resize(n_);
-  factors_.unconstrainedMinimum(gradient_, x_);
-  size_ = 0.0;
-  QpStatus status = addEqualities();
-  if (status == QpStatus::kSolved)
-    status = addInequalities();
-  if (status == QpStatus::kSolved && qp_ == &scaled_.program())
-    polish(shift);
-  return status;
-}
-
 void ActiveSet::report(QpSolution& solution) const {
   const int count = solution.status == QpStatus::kInfeasible ? certified_ : factors_.active();
   const auto set = [&](int id, double multiplier) {
@@ -355,7 +329,7 @@ void ActiveSet::solve(const QuadraticProgram& qp, QpSolution& solution) noexcept
   rows_ = qp.rows();
   constraints_ = equalities_ + 2 * n_ + rows_;
   if (remembered_ != constraints_)
-    was_active_.fill(false);
+    remembered_active_ = 0;
   remembered_ = iterations_ = active_equalities_ = 0;
   multiplier_.resize(n_);
   int crossed = -1;
@@ -374,11 +348,13 @@ void ActiveSet::solve(const QuadraticProgram& qp, QpSolution& solution) noexcept
     return;
   }
   attempt(qp, true, solution);
-  if (!(solution.status == QpStatus::kSolved && solution.residual <= kExact))
+  if (!(solution.status == QpStatus::kSolved && solution.residual <= kExact)) {
+    remembered_active_ = 0;
     tryScaled(qp, solution);
+  }
   solution.iterations = iterations_ + active_equalities_;
   if (solution.status == QpStatus::kSolved) {
-    was_active_ = is_active_;
+    remember();
     remembered_ = constraints_;
   }
 }

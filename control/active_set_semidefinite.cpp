@@ -49,7 +49,7 @@ QpStatus ActiveSet::solveSemidefinite() {
     iteration_limit_ = iterations_ + 20 * (n_ + constraints_);
     if (const QpStatus status = solveStrictly(shift); status != QpStatus::kSolved)
       return status;
-    was_active_ = is_active_;
+    remember();
     const QpVector displacement = x_ - last;
     const double size = std::max(qp_->g.cwiseAbs().maxCoeff(), x_.cwiseAbs().maxCoeff());
     if (shift * displacement.cwiseAbs().maxCoeff() <= kConverged * size)

@@ -23,8 +23,8 @@ namespace tandem::control {
  * A problem is solved first as it is. If it is not solved to kExact, or found infeasible, it is solved again in units
  * in which its values have magnitude one (ScaledProgram), and the better solution counts.
  *
- * Warm start: constraints that were active in the last solution are added first. That changes the order of the steps,
- * never the solution (beyond rounding), and saves the steps that the cold order would undo. */
+ * Warm start: the inequalities that were active in the last solution are activated together (recall()). That changes
+ * the order of the steps, never the solution (beyond rounding), and saves most of them. */
 class ActiveSet final : public QpBackend {
  public:
   void solve(const QuadraticProgram& qp, QpSolution& solution) noexcept override;
@@ -45,10 +45,13 @@ class ActiveSet final : public QpBackend {
   double slackTolerance(int id) const;  ///< below which a violation is rounding
   void takeNormal(int id);
   QpStatus solveStrictly(double shift);
+  QpStatus solveFrom(double shift);
   QpStatus solveSemidefinite();
   void polish(double shift);
   bool isUnbounded(const QpVector& displacement, double negligible) const;
   QpStatus addEqualities();
+  void remember();
+  void recall();
   QpStatus addInequalities();
   int mostViolated();
   void propose(int id, double slack);
@@ -77,14 +80,16 @@ class ActiveSet final : public QpBackend {
   std::array<int, kMaxVariables> active_{};  ///< constraint ids, equalities first
   std::array<bool, kMaxConstraints> is_active_{};
   std::array<bool, kMaxConstraints> is_met_{};      ///< violated by rounding alone; no step can reduce it
-  std::array<bool, kMaxConstraints> was_active_{};  ///< in the last solution of a problem of this size
-  int remembered_ = 0;                              ///< constraints_ of that problem; 0 = none
+  std::array<int, kMaxVariables> remembered_id_{};  ///< inequalities active in the last solution, in order
+  int remembered_active_ = 0;                       ///< their number
+  int remembered_ = 0;                              ///< constraints_ of the problem solved last; 0 = none
+  QpVector recalled_slack_, recalled_x_, recalled_multiplier_;
   ScaledProgram scaled_;
   QpSolution again_;
   State before_;       ///< state before a constraint that may get is_met_
   double size_ = 0.0;  ///< of the largest variable, in scaled problems over all iterations: reference for rounding
-  int worst_ = -1, worst_warm_ = -1;
-  double amount_ = 0.0, amount_warm_ = 0.0;
+  int worst_ = -1;
+  double amount_ = 0.0;
   int active_equalities_ = 0;
   /// Number of certificate entries in active_ and multiplier_; extra_entry_ has the one that does not fit.
   int certified_ = 0;
