@@ -323,8 +323,8 @@ int runImport(const ImportOptions& options) {
     std::cout << importJson(job, check, code).dump(2) << '\n';
   } else {
     printReport(job, check);
-    const char* kVerdicts[] = {"an axis can be made of it", "no axis can be made of it:", "",
-                               "an axis can be made of it if somebody accepts what it lacks:"};
+    constexpr const char* kVerdicts[] = {"an axis can be made of it", "no axis can be made of it:", "",
+                                         "an axis can be made of it if somebody accepts what it lacks:"};
     std::printf("%s\n", kVerdicts[code]);
     for (const std::string& reason : reasonsOf(check))
       std::printf("  %s\n", reason.c_str());
