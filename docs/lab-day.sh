@@ -28,9 +28,8 @@ deployment (which processes run). Numbers of your own replace these:
 | `velocity_unit: rpm`, `acceleration_unit: rev_per_s2` | drive manual, chapter on factors and units |
 | `homing: {method: 17, ...}` | negative limit switch; 18 is the positive one, 37 takes the present position |
 | `lower_mm`, `upper_mm` | ruler: where a carriage may stand |
-| `quick_stop_deceleration_mm_per_s2: 200` | a tenth of what motor and gear can do; 700 1/s^2 at the motor, below the 32767 that object 6085 holds |
+| `quick_stop_deceleration_mm_per_s2: 200` | a fraction of what motor and gear can do; 1400 1/s^2 at the motor, below the 32767 that object 6085 holds |
 END
-run 'tandem validate handheld'
 run 'tandem can budget handheld'
 
 say <<'END'
@@ -68,7 +67,7 @@ run -v 'tandem can monitor handheld --once'
 say <<'END'
 `NOT HOMED`: after power on the drives do not know where they are. The tubes are turned to their marks by hand; the carriages search their switches:
 END
-run 'tandem home handheld'
+run 'tandem home -d handheld'
 run -v 'tandem can monitor handheld --once'
 
 say <<'END'

@@ -78,13 +78,17 @@ std::size_t findAxis(const hal::HardwareConfig& hardware, const std::string& nam
   throw Failure(kUsage, "--axis '" + name + "', expected one of " + names);
 }
 
-/// The mode on request, or the first one that the sheet supports.
+/// The mode on request, or that of the axis if the sheet supports it, or the first one that it supports.
 void chooseMode(Import& job, const std::string& wanted) {
   const EdsObject* supported = job.sheet.find({0x6502, 0});
+  const auto offered = [&](hal::DriveMode mode) {
+    return supported == nullptr || !supported->has_value ||
+           hal::supports(static_cast<std::uint32_t>(supported->value), mode);
+  };
+  const hal::DriveMode present = job.drive.mode;
   for (const auto& [text, mode] : kModes) {
-    const bool offered = supported == nullptr || !supported->has_value ||
-                         hal::supports(static_cast<std::uint32_t>(supported->value), mode);
-    if (wanted.empty() ? offered : wanted == text) {
+    const bool fits = offered(present) ? mode == present : offered(mode);
+    if (wanted.empty() ? fits : wanted == text) {
       job.mode = text;
       job.drive.mode = mode;
       return;
@@ -356,8 +360,11 @@ void registerCanImport(CLI::App& can, int& exit_code) {
                    "hardware file or preset with units, limits and windows of the axis: they decide what is written")
       ->capture_default_str();
   command->add_option("--axis", options->axis, "axis of that file, e.g. 'arm_a rotation 1' (default: the first)");
-  command->add_option("--mode", options->mode, "csp or csv (default: the first that the data sheet supports)")
-      ->check(CLI::IsMember({"csp", "csv"}));
+  command
+      ->add_option(
+          "--mode", options->mode,
+          "csp, csv or pv (default: that of --axis if the data sheet supports it, else the first that it supports)")
+      ->check(CLI::IsMember({"csp", "csv", "pv"}));
   command->add_option("-o,--out", options->out, "file for the axis (default: standard output)");
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer(
