@@ -94,8 +94,14 @@ say <<'END'
 
 ## 6. The tip on a circle
 END
-run 'tandem new trajectory ring --arms 1 && sed -i "s/center_offset_mm: .*normal/center_offset_mm: [0, 3, 0], normal/; s/speed_mm_per_s: .*/speed_mm_per_s: 1/; s/^tasks:.*/tasks: [{tip: arm}]/; /^  - tip: a$/d" ring.yaml && tandem plan check ring.yaml --robot handheld 2>/dev/null | tail -n 3'
-run -v 'tandem robot -d handheld enable && tandem robot -d handheld run ring.yaml'
+run 'tandem new trajectory ring --arms 1 | head -n 1 && sed -i "s/center_offset_mm: .*normal/center_offset_mm: [0, 4, 0], normal/; s/^tasks:.*/tasks: [{tip: arm}]/; /^  - tip: a$/d" ring.yaml'
+run -v 'tandem plan check ring.yaml --robot handheld 2>/dev/null'
+
+say <<'END'
+From the switches to the home of the robot file, where the tip can move in every direction, and once around:
+END
+run -v 'tandem robot -d handheld enable && tandem robot -d handheld home'
+run -v 'tandem robot -d handheld run ring.yaml'
 end
 
 say <<'END'
