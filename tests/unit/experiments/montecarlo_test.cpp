@@ -176,7 +176,7 @@ TEST(TaskResults, ARefusalNamesItsReason) {
   options.plant.model = "compliant";
   const MonteCarlo run{.seed = 3, .tasks = 20, .infeasible = 0.5, .methods = {control::Method::kNspqp}, .cases = {{}}};
   const std::string reason = "the plant of arm_a: no equilibrium was found";
-  std::vector<TaskResult> results = runTask(robot, model, options, run, 0, 3);
+  std::vector<TaskResult> results = runTask(robot, model, options, run, 0, 7);
   ASSERT_EQ(results.front().outcome, Outcome::kRefused);
   EXPECT_EQ(results.front().reason, reason);
   EXPECT_EQ(summarise(results).front().refusals, (std::map<std::string, int>{{reason, 1}}));
