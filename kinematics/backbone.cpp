@@ -159,23 +159,22 @@ ModelStatus RigidModel::backbone(const JointsRef& q,
     twist.col(joint).head<3>() += linear - angular.cross(at);
     twist.col(joint).tail<3>() += angular;
   };
+  const Axes turned = axes(q);
   Eigen::Matrix3d rotation = arm_.base.linear();
   Eigen::Vector3d position = arm_.base.translation();
   const auto bend_to = [&](int k, const Bend& here, double length, Eigen::Vector3d& end, Jacobian& twist) {
     const Arc arc(here.u, length);
     end = position + rotation * arc.position();
-    for (int i = 0; i < n; ++i) {
+    for (int i = 0; derivatives && i < n; ++i) {
       const int index = parts.interval[k].section[i];
       if (index == Segmentation::kAbsent)
         continue;
-      const TubeSection& section = arm_.tubes[i].sections[index];
-      const double share = section.bending_stiffness / here.stiffness * section.curvature;
-      const Eigen::Vector3d du(-share * std::cos(q[n + i]), -share * std::sin(q[n + i]), 0.0);
+      const Eigen::Vector3d du = bendByRotation(arm_.tubes[i].sections[index], here, turned[i]);
       add(twist, n + i, rotation * arc.positionDerivative(du), rotation * arc.rotationDerivative(du), end);
     }
     return Eigen::Matrix3d(rotation * arc.rotation());
   };
-  Bend here = bend(parts.interval[0], q);
+  Bend here = bend(parts.interval[0], turned);
   int k = 0;
   for (std::size_t i = 0; i < s.size(); ++i) {
     BackbonePoint& point = points[i];
@@ -185,11 +184,12 @@ ModelStatus RigidModel::backbone(const JointsRef& q,
       Eigen::Vector3d end;
       rotation = bend_to(k, here, interval.end - interval.start, end, passed);
       position = end;
-      const Bend behind = bend(parts.interval[++k], q);
+      const Bend behind = bend(parts.interval[++k], turned);
       add(passed, interval.owner, Eigen::Vector3d::Zero(), rotation * (here.u - behind.u), position);
       here = behind;
     }
-    here_too = passed;
+    if (derivatives)
+      here_too = passed;
     point.s = s[i];
     point.tangent = bend_to(k, here, inside - parts.interval[k].start, point.position, here_too).col(2);
     point.position += (s[i] - inside) * point.tangent;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "kinematics/body_builder.h"
 
@@ -49,7 +50,7 @@ Gradient along(const Body& body, std::size_t piece, double x, const Vector3d& n)
   return n.transpose() * ((1.0 - x) * body.nodes[piece].jacobian + x * body.nodes[piece + 1].jacobian);
 }
 
-/// Bounding spheres of the pieces, to skip most pairs.
+/// Bounding spheres of the pieces, to skip most pairs within clusters.
 struct Ball {
   Vector3d centre;
   double radius;
@@ -62,6 +63,108 @@ void encloseIn(const Body& body, Balls& balls) {
     balls[k] = {0.5 * (p + r), 0.5 * (r - p).norm() + body.radius[k]};
   }
 }
+
+/// Bounding spheres of clusters of pieces, to skip most pairs of clusters.
+constexpr std::size_t kCluster = 8;  ///< pieces
+struct Clusters {
+  std::array<Ball, (BodyBuilder::kMostNodes - 1 + kCluster - 1) / kCluster> ball;
+  std::size_t count = 0;
+};
+void enclose(const Balls& balls, std::size_t pieces, Clusters& clusters) {
+  clusters.count = (pieces + kCluster - 1) / kCluster;
+  for (std::size_t c = 0; c < clusters.count; ++c) {
+    const std::size_t first = c * kCluster, end = std::min(first + kCluster, pieces);
+    Ball& all = clusters.ball[c];
+    all = {0.5 * (balls[first].centre + balls[end - 1].centre), 0.0};
+    for (std::size_t k = first; k < end; ++k)
+      all.radius = std::max(all.radius, (balls[k].centre - all.centre).norm() + balls[k].radius);
+  }
+}
+
+/// Whether the contents of two spheres are farther from each other than `least`.
+bool farther(const Ball& a, const Ball& b, double least) {
+  const double bound = least + a.radius + b.radius;
+  return (a.centre - b.centre).squaredNorm() >= bound * bound && bound > 0.0;
+}
+
+/** Closest pair of pieces of two bodies. */
+class ClosestPair {
+ public:
+  ClosestPair(const Body& a, const Body& b) : a_(a), b_(b) {
+    encloseIn(a, balls_a_);
+    encloseIn(b, balls_b_);
+    enclose(balls_a_, a.radius.size(), clusters_a_);
+    enclose(balls_b_, b.radius.size(), clusters_b_);
+  }
+
+  /// The first of the closest pairs, in the order of the pieces of a, then of b.
+  void find() {
+    const double bound = bounded();
+    for (std::size_t c = 0; c < clusters_a_.count; ++c) {
+      const std::size_t end = std::min((c + 1) * kCluster, a_.radius.size());
+      std::array<std::size_t, std::tuple_size_v<decltype(Clusters::ball)>> near;
+      std::size_t count = 0;
+      for (std::size_t d = 0; d < clusters_b_.count; ++d) {
+        if (!farther(clusters_a_.ball[c], clusters_b_.ball[d], bound))
+          near[count++] = d;
+      }
+      for (std::size_t piece = c * kCluster; piece < end; ++piece) {
+        for (std::size_t m = 0; m < count; ++m)
+          compare(piece, near[m]);
+      }
+    }
+  }
+
+  double least = std::numeric_limits<double>::infinity(), x = 0.0, y = 0.0;
+  std::size_t i = 0, k = 0;
+
+ private:
+  /// A distance that the least one does not exceed: that of the pieces of two clusters that are close.
+  double bounded() {
+    double closest = least;
+    std::size_t c_closest = 0, d_closest = 0;
+    for (std::size_t c = 0; c < clusters_a_.count; ++c) {
+      for (std::size_t d = 0; d < clusters_b_.count; ++d) {
+        const Ball &p = clusters_a_.ball[c], &r = clusters_b_.ball[d];
+        const double apart = (p.centre - r.centre).norm() - p.radius - r.radius;
+        if (apart < closest) {
+          closest = apart;
+          c_closest = c, d_closest = d;
+        }
+      }
+    }
+    const std::size_t end = std::min((c_closest + 1) * kCluster, a_.radius.size());
+    for (std::size_t piece = c_closest * kCluster; piece < end; ++piece)
+      compare(piece, d_closest);
+    constexpr double kRounding = 1e-12;  // m: the closest pair itself is not skipped
+    const double bound = least + kRounding;
+    least = std::numeric_limits<double>::infinity();
+    return bound;
+  }
+
+  /// Piece `piece` of a with all pieces of a cluster of b.
+  void compare(std::size_t piece, std::size_t cluster) {
+    const std::size_t end = std::min((cluster + 1) * kCluster, b_.radius.size());
+    for (std::size_t other = cluster * kCluster; other < end; ++other) {
+      if (farther(balls_a_[piece], balls_b_[other], least))
+        continue;
+      double along_a, along_b;
+      nearest(a_.nodes[piece].position, a_.nodes[piece + 1].position, b_.nodes[other].position,
+              b_.nodes[other + 1].position, along_a, along_b);
+      const double distance =
+          (placeOn(a_, piece, along_a) - placeOn(b_, other, along_b)).norm() - a_.radius[piece] - b_.radius[other];
+      if (distance < least) {
+        least = distance, x = along_a, y = along_b;
+        i = piece, k = other;
+      }
+    }
+  }
+
+  const Body& a_;
+  const Body& b_;
+  Balls balls_a_, balls_b_;
+  Clusters clusters_a_, clusters_b_;
+};
 
 /// Signed distance of a point to the port, and its gradient.
 double distanceTo(const Port& port, const Vector3d& place, Vector3d& gradient) {
@@ -124,35 +227,18 @@ ModelStatus BodyBuilder::make(const ArmModel& model, const JointsRef& q, Branch&
 }
 
 Clearance clearance(const Body& a, const Body& b) {
-  Balls balls_a, balls_b;
-  encloseIn(a, balls_a);
-  encloseIn(b, balls_b);
-  double least = std::numeric_limits<double>::infinity(), x_least = 0.0, y_least = 0.0;
-  std::size_t i_least = 0, k_least = 0;
-  for (std::size_t i = 0; i < a.radius.size(); ++i) {
-    for (std::size_t k = 0; k < b.radius.size(); ++k) {
-      const double bound = least + balls_a[i].radius + balls_b[k].radius;
-      if ((balls_a[i].centre - balls_b[k].centre).squaredNorm() >= bound * bound && bound > 0.0)
-        continue;
-      double x, y;
-      nearest(a.nodes[i].position, a.nodes[i + 1].position, b.nodes[k].position, b.nodes[k + 1].position, x, y);
-      const double distance = (placeOn(a, i, x) - placeOn(b, k, y)).norm() - a.radius[i] - b.radius[k];
-      if (distance < least) {
-        least = distance, x_least = x, y_least = y;
-        i_least = i, k_least = k;
-      }
-    }
-  }
+  ClosestPair pair(a, b);
+  pair.find();
   Clearance result;
-  result.distance = least;
-  result.place_a = placeOn(a, i_least, x_least);
-  result.place_b = placeOn(b, k_least, y_least);
-  result.s_a = lengthAt(a, i_least, x_least);
-  result.s_b = lengthAt(b, k_least, y_least);
+  result.distance = pair.least;
+  result.place_a = placeOn(a, pair.i, pair.x);
+  result.place_b = placeOn(b, pair.k, pair.y);
+  result.s_a = lengthAt(a, pair.i, pair.x);
+  result.s_b = lengthAt(b, pair.k, pair.y);
   Vector3d n = result.place_a - result.place_b;
   n = n.norm() > 0.0 ? n.normalized() : Vector3d::Zero();
-  result.by_a = along(a, i_least, x_least, n);
-  result.by_b = along(b, k_least, y_least, -n);
+  result.by_a = along(a, pair.i, pair.x, n);
+  result.by_b = along(b, pair.k, pair.y, -n);
   return result;
 }
 

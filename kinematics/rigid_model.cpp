@@ -9,17 +9,23 @@
 
 namespace tandem::kinematics {
 
-RigidModel::Bend RigidModel::bend(const Segmentation::Interval& interval, const JointsRef& q) const noexcept {
-  Bend result;
+RigidModel::Axes RigidModel::axes(const JointsRef& q) const noexcept {
+  Axes axes;
   const int n = arm_.tubeCount();
+  for (int i = 0; i < n; ++i)
+    axes[i] = {-std::sin(q[n + i]), std::cos(q[n + i]), 0.0};
+  return axes;
+}
+
+RigidModel::Bend RigidModel::bend(const Segmentation::Interval& interval, const Axes& axes) const noexcept {
+  Bend result;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
-  for (int i = 0; i < n; ++i) {
+  for (int i = 0; i < arm_.tubeCount(); ++i) {
     if (interval.section[i] == Segmentation::kAbsent)
       continue;
     const TubeSection& section = arm_.tubes[i].sections[interval.section[i]];
-    const double alpha = q[n + i];
     result.stiffness += section.bending_stiffness;
-    moment += section.bending_stiffness * section.curvature * Eigen::Vector3d(-std::sin(alpha), std::cos(alpha), 0.0);
+    moment += section.bending_stiffness * section.curvature * axes[i];
   }
   result.u = moment / result.stiffness;
   return result;
@@ -44,7 +50,8 @@ ModelStatus RigidModel::tip(const JointsRef& q, Branch&, Tip& tip) const noexcep
 
   Eigen::Matrix3d rotation = arm_.base.linear();
   Eigen::Vector3d position = arm_.base.translation();
-  Bend here = bend(parts.interval[0], q);
+  const Axes turned = axes(q);
+  Bend here = bend(parts.interval[0], turned);
   for (int k = 0; k < parts.count; ++k) {
     const Segmentation::Interval& interval = parts.interval[k];
     const Arc arc(here.u, interval.end - interval.start);
@@ -53,14 +60,13 @@ ModelStatus RigidModel::tip(const JointsRef& q, Branch&, Tip& tip) const noexcep
       if (interval.section[i] == Segmentation::kAbsent)
         continue;
       const TubeSection& section = arm_.tubes[i].sections[interval.section[i]];
-      const double share = section.bending_stiffness / here.stiffness * section.curvature;
-      const Eigen::Vector3d du(-share * std::cos(q[n + i]), -share * std::sin(q[n + i]), 0.0);
+      const Eigen::Vector3d du = bendByRotation(section, here, turned[i]);
       add(n + i, rotation * arc.positionDerivative(du), rotation * arc.rotationDerivative(du), end);
     }
     rotation = rotation * arc.rotation();
     position = end;
     const bool last = k + 1 == parts.count;
-    const Bend behind = last ? Bend{} : bend(parts.interval[k + 1], q);
+    const Bend behind = last ? Bend{} : bend(parts.interval[k + 1], turned);
     const Eigen::Vector3d forward = last ? Eigen::Vector3d(rotation.col(2)) : Eigen::Vector3d::Zero();
     add(interval.owner, forward, rotation * (here.u - behind.u), position);
     here = behind;
@@ -98,7 +104,8 @@ ModelStatus RigidModel::shape(const JointsRef& q,
 
   const Eigen::AngleAxisd roll(q[n], Eigen::Vector3d::UnitZ());
   Eigen::Isometry3d start = arm_.base;
-  Bend here = bend(parts.interval[0], q);
+  const Axes turned = axes(q);
+  Bend here = bend(parts.interval[0], turned);
   int k = 0;
   for (std::size_t j = 0; j < shape.size(); ++j) {
     ShapePoint& point = shape[j];
@@ -108,7 +115,7 @@ ModelStatus RigidModel::shape(const JointsRef& q,
       const Arc whole(here.u, parts.interval[k].end - parts.interval[k].start);
       start.translation() += start.linear() * whole.position();
       start.linear() = start.linear() * whole.rotation();
-      here = bend(parts.interval[++k], q);
+      here = bend(parts.interval[++k], turned);
     }
     const Arc arc(here.u, point.s - parts.interval[k].start);
     point.pose.linear() = start.linear() * arc.rotation() * roll.toRotationMatrix();

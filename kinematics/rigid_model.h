@@ -44,7 +44,15 @@ class RigidModel final : public TubeModel {
     Eigen::Vector3d u = Eigen::Vector3d::Zero();  ///< torsion-free frame, 1/m
     double stiffness = 0.0;                       ///< sum of E I of the tubes present, N m^2
   };
-  Bend bend(const Segmentation::Interval& interval, const JointsRef& q) const noexcept;
+  /// Directions about which the tubes bend, torsion-free frame.
+  using Axes = std::array<Eigen::Vector3d, kMaxTubes>;
+  Axes axes(const JointsRef& q) const noexcept;
+  Bend bend(const Segmentation::Interval& interval, const Axes& axes) const noexcept;
+  /// Change of u by the rotation of a tube that is present.
+  Eigen::Vector3d bendByRotation(const TubeSection& section, const Bend& bend, const Eigen::Vector3d& axis) const {
+    const double share = section.bending_stiffness / bend.stiffness * section.curvature;
+    return {-share * axis.y(), share * axis.x(), 0.0};
+  }
 };
 
 }  // namespace tandem::kinematics
