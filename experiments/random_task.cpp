@@ -78,11 +78,16 @@ class Curve {
   safety::RobotVector u_, w_, phase_, cycles_;
 };
 
-/** The path of all joints at kSteps + 1 places, and where the plant's tips are there. */
+/** The path of all joints at kSteps + 1 places, and where the plant is there. */
 struct Path {
   std::vector<safety::RobotVector> q;
   std::vector<planning::TrajectoryPoint> at;
+  std::vector<double> length;  ///< from the start, by what the two targets move, m
+  std::vector<sim::PlantTips::Configurations> placed{static_cast<std::size_t>(kSteps + 1)};
 };
+
+/// Points that a path of this length has.
+int pointsOn(double length) { return static_cast<int>(std::ceil(length / kSpacing)); }
 
 bool inside(const RobotModel& model, const safety::RobotVector& q) {
   for (int k = 0; k < model.armCount(); ++k) {
@@ -93,7 +98,7 @@ bool inside(const RobotModel& model, const safety::RobotVector& q) {
   return true;
 }
 
-/// The path, if it stays inside all limits and the plant follows it without a snap.
+/// The path, if it stays inside all limits, the plant follows it without a snap, and it is not too long.
 bool follow(const RobotModel& model,
             const planning::TrajectorySpec& spec,
             const safety::RobotVector& start,
@@ -102,6 +107,7 @@ bool follow(const RobotModel& model,
             Path& path) {
   path.q.clear();
   path.at.clear();
+  path.length.clear();
   for (int i = 0; i <= kSteps; ++i) {
     path.q.push_back(start + curve.at(static_cast<double>(i) / kSteps));
     if (!inside(model, path.q.back()))
@@ -121,20 +127,24 @@ bool follow(const RobotModel& model,
     }
     if (now != snaps)
       return false;
-    path.at.push_back(planning::pointAt(spec, [&](int arm) { return tips.pose(arm).translation(); }));
+    tips.store(path.placed[path.at.size()]);
+    const auto at = planning::pointAt(spec, [&](int arm) { return tips.pose(arm).translation(); });
+    path.length.push_back(path.at.empty()
+                              ? 0.0
+                              : path.length.back() + std::max((at.tip - path.at.back().tip).norm(),
+                                                              (at.relative - path.at.back().relative).norm()));
+    path.at.push_back(at);
+    if (pointsOn(path.length.back()) > kMost)
+      return false;
   }
   return true;
 }
 
-/// Indices into the path, evenly spaced by what the two targets move; empty where it is too short or too long.
+/// Indices into the path, evenly spaced along it; empty where it is too short.
 std::vector<std::size_t> choosePoints(const Path& path) {
-  std::vector<double> length{0.0};
-  for (std::size_t i = 1; i < path.at.size(); ++i) {
-    length.push_back(length.back() + std::max((path.at[i].tip - path.at[i - 1].tip).norm(),
-                                              (path.at[i].relative - path.at[i - 1].relative).norm()));
-  }
-  const int count = static_cast<int>(std::ceil(length.back() / kSpacing));
-  if (count < kFewest || count > kMost)
+  const std::vector<double>& length = path.length;
+  const int count = pointsOn(length.back());
+  if (count < kFewest)
     return {};
   std::vector<std::size_t> points;
   for (int k = 1; k <= count; ++k) {
@@ -145,20 +155,9 @@ std::vector<std::size_t> choosePoints(const Path& path) {
 }
 
 /// Whether the bodies of arms touch at the start or at one of the chosen places.
-bool touches(const RobotModel& model, const Path& path, const std::vector<std::size_t>& chosen, sim::PlantTips& tips) {
-  tips.restart();
-  std::size_t next = 0;
-  // Elastic arms remember how they came: all places, in order.
-  for (std::size_t i = 0; i < path.q.size(); ++i) {
-    for (int k = 0; k < model.armCount(); ++k)
-      tips.update(k, path.q[i].segment(model.offset(k), model.size(k)));
-    bool looked_at = i == 0;
-    for (; next < chosen.size() && chosen[next] == i; ++next)
-      looked_at = true;
-    if (looked_at && tips.clearance() < 0.0)
-      return true;
-  }
-  return false;
+bool touches(const Path& path, const std::vector<std::size_t>& chosen, const sim::PlantTips& tips) {
+  const auto overlap = [&](std::size_t i) { return tips.clearance(path.placed[i]) < 0.0; };
+  return overlap(0) || std::ranges::any_of(chosen, overlap);
 }
 
 /// Whether every joint can go from q to next in `time`, at velocities inside the bounds at both.
@@ -254,7 +253,7 @@ RandomTask randomTask(const config::Robot& robot,
     for (std::size_t k = 0; possible && k < chosen.size(); ++k)
       possible =
           goes(problem, path.q[k == 0 ? 0 : chosen[k - 1]], path.q[chosen[k]], options.control_period, rotation, time);
-    if (!possible || (feasible && touches(model, path, chosen, tips)))
+    if (!possible || (feasible && touches(path, chosen, tips)))
       continue;
     for (const std::size_t i : chosen) {
       task.plan.points.push_back(path.at[i]);

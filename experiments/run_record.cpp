@@ -13,6 +13,7 @@ std::string RunKey::name() const { return trajectory + "-" + configuration + "-"
 RunRecord::RunRecord(RunKey key, const RobotModel& robot, int point_count, double tolerance)
     : key_(std::move(key)), robot_(robot), point_count_(point_count), tolerance_(tolerance) {
   limits_.setLimits(robot.limits().data(), robot.armCount());
+  rows_.reserve(4 * static_cast<std::size_t>(std::max(point_count, 1)));
 }
 
 namespace {

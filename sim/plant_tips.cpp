@@ -116,12 +116,24 @@ Snaps PlantTips::allSnaps() const noexcept {
   return sum;
 }
 
+void PlantTips::store(Configurations& configurations) const {
+  configurations.resize(arms_.size());
+  for (std::size_t k = 0; k < arms_.size(); ++k)
+    configurations[k] = {arms_[k].joints, arms_[k].branch};
+}
+
 double PlantTips::clearance() const {
+  Configurations configurations;
+  store(configurations);
+  return clearance(configurations);
+}
+
+double PlantTips::clearance(const Configurations& configurations) const {
   double least = std::numeric_limits<double>::infinity();
   std::vector<kinematics::Body> bodies(arms_.size());
   for (std::size_t k = 0; k < arms_.size(); ++k) {
-    kinematics::Branch branch = arms_[k].branch;
-    if (makeBody(*arms_[k].model, arms_[k].joints, branch, false, bodies[k]) != kinematics::ModelStatus::kOk)
+    kinematics::Branch branch = configurations.at(k).branch;
+    if (makeBody(*arms_[k].model, configurations[k].joints, branch, false, bodies[k]) != kinematics::ModelStatus::kOk)
       return least;
   }
   for (std::size_t k = 0; k < bodies.size(); ++k) {

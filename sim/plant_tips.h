@@ -44,7 +44,7 @@ using ArmModels = std::vector<std::unique_ptr<kinematics::ArmModel>>;
  * Elastic arms depend on their path (kinematics/branch.h); when the equilibrium of an arm ends, the arm snaps to
  * another one; snaps are counted, with the released energy and the displacement of the tip (unknown under a tip force:
  * 0). Order of effects: rotations given by update() are behind motor and backlash; then friction, model, play. After
- * construction nothing but clearance() allocates or throws. */
+ * construction nothing but clearance() and store() allocates or throws. */
 class PlantTips {
  public:
   /// @throw std::invalid_argument for a force on an arm that does not exist, or on a model without loads.
@@ -69,8 +69,19 @@ class PlantTips {
   Snaps allSnaps() const noexcept;
   /// Least elastic stability of the arm now: 0 where it snaps, 1 without elastic interaction.
   double stability(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].tip.stability; }
-  /// Least distance between the bodies of any two arms where they are now (kinematics/clearance.h), m; below zero they
-  /// overlap by that much. Infinity where an arm has no solution. Bodies are those without load. Allocates.
+
+  /// Where an arm is: joints of its model, and the branch of its equilibrium.
+  struct Configuration {
+    safety::ArmVector joints;
+    kinematics::Branch branch;
+  };
+  using Configurations = std::vector<Configuration>;
+  /// Configurations of all arms now. Allocates unless `configurations` held as many before.
+  void store(Configurations& configurations) const;
+  /// Least distance between the bodies of any two arms there (kinematics/clearance.h), m; below zero they overlap by
+  /// that much. Infinity where an arm has no solution. Bodies are those without load. Allocates.
+  double clearance(const Configurations& configurations) const;
+  /// The same where they are now.
   double clearance() const;
 
  private:
