@@ -2,7 +2,6 @@
 /** @file Benchmark of one quadratic programme and of one control step: own active-set solver against Ipopt. */
 #include <benchmark/benchmark.h>
 
-#include <random>
 #include <string>
 
 #include "bench/enroll.h"
@@ -19,32 +18,6 @@ using control::Backend;
 using control::Method;
 
 constexpr std::uint32_t kSeed = 20240607;
-
-/// Twelve variables between bounds, three equalities, rows; strictly convex, with a point that satisfies all.
-control::QuadraticProgram anyProgram(std::uint32_t seed, int rows) {
-  std::mt19937 engine(seed);
-  const auto uniform = [&](double low, double high) {
-    return std::uniform_real_distribution<double>(low, high)(engine);
-  };
-  constexpr int kVariables = 12, kEqualities = 3;
-  control::QuadraticProgram qp;
-  qp.resize(kVariables, kEqualities, rows);
-  const auto entry = [&] { return uniform(-1.0, 1.0); };
-  const Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(kVariables, kVariables, entry);
-  qp.H = root.transpose() * root + 1e-3 * Eigen::MatrixXd::Identity(kVariables, kVariables);
-  qp.g = Eigen::VectorXd::NullaryExpr(kVariables, entry);
-  const Eigen::VectorXd inside = Eigen::VectorXd::NullaryExpr(kVariables, entry);
-  qp.E = Eigen::MatrixXd::NullaryExpr(kEqualities, kVariables, entry);
-  qp.e = qp.E * inside;
-  qp.A = Eigen::MatrixXd::NullaryExpr(rows, kVariables, entry);
-  for (int i = 0; i < rows; ++i)
-    qp.b[i] = qp.A.row(i).dot(inside) + uniform(0.0, 0.5);
-  for (int i = 0; i < kVariables; ++i) {
-    qp.lower[i] = inside[i] - uniform(0.0, 1.5);
-    qp.upper[i] = inside[i] + uniform(0.0, 1.5);
-  }
-  return qp;
-}
 
 /// @param call call(k) solves case k and returns whether it succeeded
 void pass(benchmark::State& state,
@@ -71,7 +44,7 @@ void pass(benchmark::State& state,
 void timeProgram(benchmark::State& state, Backend backend, int rows, bool warm, int count) {
   std::vector<control::QuadraticProgram> programs;
   for (int k = 0; k < count; ++k)
-    programs.push_back(anyProgram(kSeed + static_cast<std::uint32_t>(k), rows));
+    programs.push_back(randomProgram(kSeed + static_cast<std::uint32_t>(k), rows));
   const auto solver = control::makeQpBackend(backend);
   control::QpSolution solution;
   const auto prepare = [&](int k) {

@@ -9,6 +9,8 @@
 
 #include "bench/joint_paths.h"
 #include "bench/step_problems.h"
+#include "control/methods.h"
+#include "control/quadratic_program.h"
 #include "control/resolver.h"
 #include "kinematics/tube_model.h"
 
@@ -21,7 +23,10 @@ namespace {
 
 constexpr std::uint32_t kSeed = 20240607;
 
-/// Constructs one workload; its result executes call number k and nothing else.
+/// What callgrind counts.
+void measure(const std::function<void()>& call) { tandem_measured(call); }
+
+/// Constructs one workload; its result executes call number k, and measures it.
 using Case = std::function<std::function<void(int)>()>;
 
 /// Forward kinematics with its exact Jacobian. @param warm  along a path at 1 kHz, from the previous equilibrium
@@ -34,21 +39,67 @@ Case tip(const std::string& model_name, const kinematics::ConcentricTubeArm& arm
       kinematics::Tip answer;
       branch->known = branch->known && warm;
       const auto& q = joints[static_cast<std::size_t>(k % kMost)];
-      if (model->tip(q, *branch, answer) != kinematics::ModelStatus::kOk)
+      auto status = kinematics::ModelStatus::kOk;
+      measure([&] { status = model->tip(q, *branch, answer); });
+      if (status != kinematics::ModelStatus::kOk)
         throw std::runtime_error("a model has no answer");
     };
   };
 }
 
-/// One step of two arms without the models, active-set solver, cold start.
-Case step(control::Method method) {
+/// The compliant model with 50 mN at the tip. @param warm  from its own result, otherwise from a cold start
+Case loaded(const kinematics::ConcentricTubeArm& arm, bool overlap, bool warm) {
+  return [=]() -> std::function<void(int)> {
+    constexpr int kMost = 50;
+    const auto joints = randomJoints(arm, overlap, kMost, kSeed);
+    const std::shared_ptr<kinematics::ArmModel> model = kinematics::makeArmModel("compliant", arm);
+    return [=](int k) {
+      const kinematics::Wrench wrench = 0.05 * kinematics::Wrench::Unit(0);
+      const auto& q = joints[static_cast<std::size_t>(k % kMost)];
+      kinematics::Branch branch;
+      kinematics::LoadedTip answer;
+      auto status = warm ? model->loadedTip(q, wrench, branch, answer) : kinematics::ModelStatus::kOk;
+      if (status == kinematics::ModelStatus::kOk)
+        measure([&] { status = model->loadedTip(q, wrench, branch, answer); });
+      if (status != kinematics::ModelStatus::kOk)
+        throw std::runtime_error("a model has no answer");
+    };
+  };
+}
+
+/// One quadratic programme. @param warm  after the same programme with a gradient of 1 % less
+Case program(int rows, bool warm) {
+  return [=]() -> std::function<void(int)> {
+    constexpr int kMost = 200;
+    const std::shared_ptr<control::QpBackend> backend = control::makeQpBackend(control::Backend::kActiveSet);
+    const auto solution = std::make_shared<control::QpSolution>();
+    return [=](int k) {
+      auto problem = randomProgram(kSeed + static_cast<std::uint32_t>(k % kMost), rows);
+      backend->reset();
+      if (warm) {
+        backend->solve(problem, *solution);
+        problem.g *= 1.01;
+      }
+      measure([&] { backend->solve(problem, *solution); });
+    };
+  };
+}
+
+/// One step of two arms without the models, active-set solver. @param warm  after the same step with 1 % less velocity
+Case step(control::Method method, bool warm) {
   return [=]() -> std::function<void(int)> {
     constexpr int kMost = 200;
     const auto solution = std::make_shared<control::Solution>();
     const std::shared_ptr<control::Resolver> resolver = control::makeResolver(method, {});
     return [=, problems = randomSteps(kMost, kSeed)](int k) {
+      control::StepProblem problem = problems[static_cast<std::size_t>(k % kMost)];
       resolver->reset();
-      resolver->solve(problems[static_cast<std::size_t>(k % kMost)], *solution);
+      if (warm) {
+        resolver->solve(problem, *solution);
+        for (int task = 0; task < problem.task_count; ++task)
+          problem.task[task].velocity *= 1.01;
+      }
+      measure([&] { resolver->solve(problem, *solution); });
     };
   };
 }
@@ -60,10 +111,19 @@ std::map<std::string, Case> cases() {
     all["compliant " + name + ", apart, cold"] = tip("compliant", arm, false, false);
     all["compliant " + name + ", overlap, cold"] = tip("compliant", arm, true, false);
     all["compliant " + name + ", overlap, 1 kHz"] = tip("compliant", arm, true, true);
+    all["loaded " + name + ", apart, cold"] = loaded(arm, false, false);
+    all["loaded " + name + ", overlap, cold"] = loaded(arm, true, false);
+    all["loaded " + name + ", overlap, warm"] = loaded(arm, true, true);
+  }
+  for (const int rows : {5, 8}) {
+    all["qp " + std::to_string(rows) + " rows, cold"] = program(rows, false);
+    all["qp " + std::to_string(rows) + " rows, warm"] = program(rows, true);
   }
   for (int m = 0; m < control::kMethodCount; ++m) {
     const auto method = static_cast<control::Method>(m);
-    all["step " + std::string(control::name(method))] = step(method);
+    all["step " + std::string(control::name(method))] = step(method, false);
+    if (control::solvesProgrammes(method))
+      all["step " + std::string(control::name(method)) + ", warm"] = step(method, true);
   }
   return all;
 }
@@ -86,6 +146,6 @@ int main(int argc, char** argv) {
   }
   const auto call = found->second();
   for (int k = 0; k < count; ++k)
-    tandem_measured([&] { call(k); });
+    call(k);
   return 0;
 }

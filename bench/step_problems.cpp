@@ -54,4 +54,29 @@ std::vector<control::StepProblem> randomSteps(int count, std::uint32_t seed) {
   return steps;
 }
 
+control::QuadraticProgram randomProgram(std::uint32_t seed, int rows) {
+  std::mt19937 engine(seed);
+  const auto uniform = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(engine);
+  };
+  constexpr int kVariables = 12, kEqualities = 3;
+  control::QuadraticProgram qp;
+  qp.resize(kVariables, kEqualities, rows);
+  const auto entry = [&] { return uniform(-1.0, 1.0); };
+  const Eigen::MatrixXd root = Eigen::MatrixXd::NullaryExpr(kVariables, kVariables, entry);
+  qp.H = root.transpose() * root + 1e-3 * Eigen::MatrixXd::Identity(kVariables, kVariables);
+  qp.g = Eigen::VectorXd::NullaryExpr(kVariables, entry);
+  const Eigen::VectorXd inside = Eigen::VectorXd::NullaryExpr(kVariables, entry);
+  qp.E = Eigen::MatrixXd::NullaryExpr(kEqualities, kVariables, entry);
+  qp.e = qp.E * inside;
+  qp.A = Eigen::MatrixXd::NullaryExpr(rows, kVariables, entry);
+  for (int i = 0; i < rows; ++i)
+    qp.b[i] = qp.A.row(i).dot(inside) + uniform(0.0, 0.5);
+  for (int i = 0; i < kVariables; ++i) {
+    qp.lower[i] = inside[i] - uniform(0.0, 1.5);
+    qp.upper[i] = inside[i] + uniform(0.0, 1.5);
+  }
+  return qp;
+}
+
 }  // namespace tandem::bench
