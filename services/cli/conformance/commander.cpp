@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <span>
 
 #include "operation/convert.h"
 #include "services/runtime/identity.h"
@@ -184,15 +185,20 @@ void Commander::beginSession(std::uint64_t session) {
 }
 
 void Commander::request(safety::DriveRequest request, safety::OperatingState wanted, double seconds) {
+  const auto countIn = [&](const dds::ActuationState& s, safety::OperatingState state) {
+    return std::ranges::count(std::span(s.operating_state).first(robot_.arms.size()), static_cast<std::uint8_t>(state));
+  };
   const auto all = [&](const dds::ActuationState& s) {
-    for (std::size_t k = 0; k < robot_.arms.size(); ++k) {
-      if (s.operating_state[k] != static_cast<std::uint8_t>(wanted))
-        return false;
-    }
-    return true;
+    return countIn(s, wanted) == static_cast<std::ptrdiff_t>(robot_.arms.size());
+  };
+  // Only `disable` leaves FAULT.
+  const bool leaves_fault = request == safety::DriveRequest::kDisable;
+  const auto decided = [&](const dds::ActuationState& s) {
+    return all(s) || (!leaves_fault && countIn(s, safety::OperatingState::kFault) > 0);
   };
   const auto ask = [&](Command& command) { command.request.fill(static_cast<std::uint8_t>(request)); };
-  if (stream(seconds, ask, all))
+  const std::int64_t start = runtime::monotonicNow();
+  if (stream(seconds, ask, decided) && all(state()))
     return;
   std::string found;
   const dds::ActuationState last = state();
@@ -201,7 +207,9 @@ void Commander::request(safety::DriveRequest request, safety::OperatingState wan
                          safety::name(static_cast<safety::OperatingState>(last.operating_state[k])),
                          safety::describeFaults(last.faults[k]));
   }
-  throw Failure(kFailure, fmt::format("{} s after the request: {}, expected {}", seconds, found, safety::name(wanted)));
+  const double waited = 1e-9 * static_cast<double>(runtime::monotonicNow() - start);
+  throw Failure(kFailure,
+                fmt::format("{:.1f} s after the request: {}, expected {}", waited, found, safety::name(wanted)));
 }
 
 Commander::Change Commander::slowly() {

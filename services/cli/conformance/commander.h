@@ -69,7 +69,8 @@ class Commander {
   void beginSession(std::uint64_t session);
   std::uint64_t session() const { return session_; }
 
-  /// Streams a request until all arms are in `state`. @throw Failure with their states and faults after `seconds`.
+  /// Streams a request until all arms are in `state`. @throw Failure with their states and faults after `seconds`, or
+  /// when an arm is in FAULT that the request cannot clear.
   void request(safety::DriveRequest request, safety::OperatingState state, double seconds = 20.0);
   /// Velocities of slow motion of all arms, towards where each joint has room; alternating about the start.
   Change slowly();

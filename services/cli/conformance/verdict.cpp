@@ -106,6 +106,9 @@ double shortTime(const Commander& commander) { return std::max(0.5, 5.0 * comman
 
 void disableAll(Commander& commander) {
   commander.request(safety::DriveRequest::kDisable, safety::OperatingState::kDisabled, 60.0);
+  // Commands that did not count left gaps in the stream, which count as losses until a command is taken without power.
+  constexpr double kTaken = 0.02;  // s: several periods of the drives
+  commander.stream(std::max(kTaken, commander.period()));
 }
 
 void enableAll(Commander& commander) {

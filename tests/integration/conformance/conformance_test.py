@@ -40,6 +40,12 @@ class Simulator(system.SystemTest):
         start(self, path, system.executable("tandem-sim"))
         assert_all_pass(self, path)
 
+    def test_at_1_khz_a_stream_of_wrong_commands_does_not_count_as_loss_later(self):
+        path = system.deployment(self.folder, "laptop-1khz", **system.real_time())
+        start(self, path, system.executable("tandem-sim"))
+        answer = self.assert_ok(conformance(path, "--only", "silence,repeated,fingerprint"))
+        self.assertIn("3 of 3 tests passed, 20 left out", answer.stdout)
+
 
 class Drives(HalTest):
     # As in the preset: simulated drives share the processor with everything else.
