@@ -49,6 +49,7 @@ export class StopKey {
     this.showKey();
     this.followZoom();
     c.world.taps.status.push(() => this.confirm());
+    c.world.taps.hal.push(() => this.confirm());
   }
 
   /** The browser's find bar, menus, address line and dialogs, and other windows, receive keys instead of the page. */
@@ -96,14 +97,14 @@ export class StopKey {
     setText(this.note, "NOT CONFIRMED. Use the hardware emergency stop.");
   }
 
+  /** Both control and the drives have latched it: control alone cannot stop drives that do not answer. */
   private stopped(): boolean {
-    const status = this.c.world.controlStatus();
-    if (!status) return false;
-    for (let k = 0; k < status.arm_count; ++k) {
-      if (status.operating_state[k] !== OperatingState.fault || ((status.faults[k] ?? 0) & kStopRequested) === 0)
-        return false;
-    }
-    return status.arm_count > 0;
+    return [this.c.world.controlStatus(), this.c.world.halStatus()].every((from) => {
+      if (!from || from.arm_count === 0) return false;
+      const latched = (state: number, k: number): boolean =>
+        state === OperatingState.fault && ((from.faults[k] ?? 0) & kStopRequested) !== 0;
+      return [...from.operating_state.slice(0, from.arm_count)].every(latched);
+    });
   }
 
   private confirm(): void {
