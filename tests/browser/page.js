@@ -324,6 +324,7 @@ async function main() {
     ...require("./layout.js")(tools),
     ...require("./reasons.js")(tools),
     ...require("./log.js")(tools),
+    ...(only.includes("situations") ? require("./situations.js")(tools) : {}),
     ...require("./ends.js")(tools),
   })) {
     if (only.length > 0 && !only.some((word) => name.includes(word))) continue;

@@ -44,6 +44,11 @@ class Page(Operated):
         self.operate("page.js", "laptop", *os.environ.get("TANDEM_SCENES", "").split())
 
 
+class Situations(Operated):
+    def test_what_the_robot_does_and_what_the_page_says(self):
+        self.operate("page.js", "laptop", "situations")
+
+
 class Catheters(Operated):
     def test_catheters_and_what_they_hold(self):
         self.operate("catheters.js", "ablation-pair", robot=system.PRESETS / "cooperative" / "ablation-pair.yaml")
