@@ -187,7 +187,10 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, open }) => {
     async "nothing moves under the pointer when a run, a fault and messages come"() {
       await enable();
       /** Without the scrolling that precedes a click of Playwright. */
-      const push = (button) => page().$eval(button, (element) => element.click());
+      const push = async (button) => {
+        await page().waitForSelector(`${button}[aria-disabled="false"]`);
+        await page().$eval(button, (element) => element.click());
+      };
       const places = () =>
         page().evaluate(() =>
           [...document.querySelectorAll("button, input, textarea, output, .card")]
