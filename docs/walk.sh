@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: Apache-2.0
 # shellcheck shell=bash
+# shellcheck disable=SC2016
 # What the pages that are logs of their commands have in common (tutorial.sh, lab-day.sh). Sourced with the page's name and a new folder:
 # `source walk.sh tutorial FOLDER`. It changes into the folder; tests/docs/walk_test.py compares the pages with a new run.
 walk_page=${1:?walk.sh PAGE FOLDER}
 mkdir -- "${2:?FOLDER: a new folder for the files of the page}"
-cd -- "$2"
+cd -- "$2" || exit
 export TANDEM_DOMAIN=${TANDEM_DOMAIN:-0}
 background=
 

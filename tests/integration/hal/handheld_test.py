@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The preset handheld with drives that are as the data sheet tests/sheets/mc3-like.eds says: profile velocity, rpm, 1/s^2, objects absent."""
+"""The preset handheld with drives as the data sheet tests/sheets/mc3-like.eds says: profile velocity, rpm, 1/s^2, objects absent."""
 import json
 import pathlib
 import sys
