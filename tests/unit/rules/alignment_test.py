@@ -13,7 +13,8 @@ def link(folder, *flags):
     source.write_text('#include "safety/dimensions.h"\nint main() { return 0; }\n', encoding="utf-8")
     program = pathlib.Path(folder, "program")
     includes = ["-include", f"{SOURCE}/safety/alignment.h", f"-I{SOURCE}", f"-isystem{EIGEN}"]
-    return subprocess.run([COMPILER, "-std=c++20", *flags, *includes, str(source), LIBRARY, "-o", str(program)], check=False, capture_output=True, text=True)
+    return subprocess.run([COMPILER, "-std=c++20", *flags, *includes, str(source), LIBRARY, "-o", str(program)],
+                          check=False, capture_output=True, text=True)
 
 
 with tempfile.TemporaryDirectory(prefix="tandem-alignment-") as scratch:
