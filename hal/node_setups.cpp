@@ -93,15 +93,15 @@ void appendInterpolation(std::vector<SetupStep>& steps, double period) {
 /// Refuses a drive that states another unit than the hardware file. A unit that is not known, and an object that is
 /// absent or 0, say nothing.
 SetupStep unitStep(canopen::ObjectAddress object,
-                   std::uint32_t (*codeOf)(RateUnit, double),
+                   std::uint32_t (*code_of)(RateUnit, double),
                    RateUnit unit,
                    double scale,
                    const char* what) {
-  const std::uint32_t expected = codeOf(unit, scale);
+  const std::uint32_t expected = code_of(unit, scale);
   SetupStep step = optional(canopen::check(object, expected, 4, what));
   for (const RateUnit other : kRateUnits) {
     for (int power = kSmallestUnitPower; power <= 0; ++power) {
-      const std::uint32_t code = codeOf(other, std::pow(10.0, -power));
+      const std::uint32_t code = code_of(other, std::pow(10.0, -power));
       if (code != expected)
         step.refused.push_back(code);
     }

@@ -14,18 +14,18 @@ namespace tandem::kinematics {
 /** Elastic stability of an equilibrium (Gilbert, Hendrick and Webster 2016; Ha, Park and Dupont 2016).
  *
  * Z(s) = d psi(s) / d theta is the derivative of the angles at s by the angles of the ends; under a wrench the
- * directions of the backbone at s and at the end are included, and Size is larger by two. The equilibrium is a minimum
+ * directions of the backbone at s and at the end are included, and kSize is larger by two. The equilibrium is a minimum
  * of energy, so stable, if and only if det Z(s) has no zero from the ends down to the motors, transmission included:
  * each zero is a conjugate point, where the part of the arm in front of s, held at s, is at its stability limit. det Z
  * is 1 at the end and stays 1 without elastic interaction; its smallest value is the measure of stability. A zero of
  * even multiplicity does not change the sign, so the index theorem counts the zeros instead: over a piece from s_k to
  * s_k+1 without a conjugate point of its own, their number is that of the negative eigenvalues of Z_k' B^-1 Z_k+1, with
  * B = d psi_k+1 / d (moment at s_k). */
-template <class Scalar, int Size = kMaxTubes>
+template <class Scalar, int kSize = kMaxTubes>
 class DeterminantTrack {
  public:
-  using Square = Eigen::Matrix<Scalar, Size, Size>;
-  using SquareForm = Eigen::Matrix<double, Size, Size>;
+  using Square = Eigen::Matrix<Scalar, kSize, kSize>;
+  using SquareForm = Eigen::Matrix<double, kSize, kSize>;
 
   /// @param s_end end of the arm, m
   explicit DeterminantTrack(double s_end = 0.0) : at_(s_end) {}
@@ -82,7 +82,7 @@ class DeterminantTrack {
     }
   }
   static Scalar determinant(const Square& m) {
-    if constexpr (Size == 4)
+    if constexpr (kSize == 4)
       return laplace(m);
     else
       return eliminated(m);
@@ -91,9 +91,9 @@ class DeterminantTrack {
   static Scalar eliminated(Square m) {
     using std::abs;
     Scalar product(1.0);
-    for (int k = 0; k < Size; ++k) {
+    for (int k = 0; k < kSize; ++k) {
       int pivot = k;
-      for (int i = k + 1; i < Size; ++i) {
+      for (int i = k + 1; i < kSize; ++i) {
         if (abs(m(i, k)) > abs(m(pivot, k)))
           pivot = i;
       }
@@ -104,9 +104,9 @@ class DeterminantTrack {
       product *= m(k, k);
       if (m(k, k) == 0.0)
         return product;
-      for (int i = k + 1; i < Size; ++i) {
+      for (int i = k + 1; i < kSize; ++i) {
         const Scalar factor = m(i, k) / m(k, k);
-        for (int j = k + 1; j < Size; ++j)
+        for (int j = k + 1; j < kSize; ++j)
           m(i, j) -= factor * m(k, j);
       }
     }
@@ -128,7 +128,7 @@ class DeterminantTrack {
   /// d det Z = sum over columns of det(Z with the column replaced by its derivative); holds for singular Z too.
   static Scalar determinantSlope(const Place& place) {
     Scalar sum(0.0);
-    for (int j = 0; j < Size; ++j) {
+    for (int j = 0; j < kSize; ++j) {
       Square replaced = place.z;
       replaced.col(j) = place.slope.col(j);
       sum += determinant(replaced);

@@ -178,15 +178,15 @@ void LoadedSeries::shorten(double ratio) {
   double power = 1.0;
   for (int k = 0; k <= order_ + 1; ++k, power *= ratio) {
     const auto scale = [&](auto&... terms) { ((terms[k] *= power), ...); };
-    const auto scaleTubes = [&](auto&... terms) {
+    const auto scale_tubes = [&](auto&... terms) {
       for (int c = 0; c < part_.curved_count; ++c)
         ((terms[k][c] *= power), ...);
     };
     scale(a_.mx, a_.my, a_.r1, a_.r2, a_.r3, a_.p);
-    scaleTubes(a_.psi, a_.torsion);
+    scale_tubes(a_.psi, a_.torsion);
     if (k <= order_) {
       scale(a_.ux, a_.uy, a_.mz, a_.nx, a_.ny, a_.nz);
-      scaleTubes(a_.cosine, a_.sine, a_.own);
+      scale_tubes(a_.cosine, a_.sine, a_.own);
     }
   }
 }

@@ -4,6 +4,6 @@
 namespace tandem::safety {
 
 template <>
-const char EigenAlignedTo<EIGEN_MAX_ALIGN_BYTES>::everywhere = 0;
+const char EigenAlignedTo<EIGEN_MAX_ALIGN_BYTES>::kEverywhere = 0;
 
 }  // namespace tandem::safety
