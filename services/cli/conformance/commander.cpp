@@ -185,16 +185,16 @@ void Commander::beginSession(std::uint64_t session) {
 }
 
 void Commander::request(safety::DriveRequest request, safety::OperatingState wanted, double seconds) {
-  const auto countIn = [&](const dds::ActuationState& s, safety::OperatingState state) {
+  const auto count_in = [&](const dds::ActuationState& s, safety::OperatingState state) {
     return std::ranges::count(std::span(s.operating_state).first(robot_.arms.size()), static_cast<std::uint8_t>(state));
   };
   const auto all = [&](const dds::ActuationState& s) {
-    return countIn(s, wanted) == static_cast<std::ptrdiff_t>(robot_.arms.size());
+    return count_in(s, wanted) == static_cast<std::ptrdiff_t>(robot_.arms.size());
   };
   // Only `disable` leaves FAULT.
   const bool leaves_fault = request == safety::DriveRequest::kDisable;
   const auto decided = [&](const dds::ActuationState& s) {
-    return all(s) || (!leaves_fault && countIn(s, safety::OperatingState::kFault) > 0);
+    return all(s) || (!leaves_fault && count_in(s, safety::OperatingState::kFault) > 0);
   };
   const auto ask = [&](Command& command) { command.request.fill(static_cast<std::uint8_t>(request)); };
   const std::int64_t start = runtime::monotonicNow();
