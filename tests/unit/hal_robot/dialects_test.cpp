@@ -14,12 +14,12 @@ using sim::drives::Habits;
 /// The drives' data sheet with this object changed or added, read-only.
 Eds stating(std::initializer_list<std::pair<canopen::ObjectAddress, std::int64_t>> values) {
   Eds eds = sim::drives::driveEds();
-  for (const auto& [address, value] : values) {
-    std::erase_if(eds.objects, [&](const EdsObject& object) { return object.address == address; });
+  for (const auto& entry : values) {
     EdsObject object;
-    object.address = address;
-    object.name = canopen::describe(address);
-    object.value = value;
+    object.address = entry.first;
+    object.name = canopen::describe(entry.first);
+    object.value = entry.second;
+    std::erase_if(eds.objects, [&](const EdsObject& other) { return other.address == object.address; });
     eds.objects.push_back(object);
   }
   std::ranges::sort(eds.objects, {}, &EdsObject::address);
