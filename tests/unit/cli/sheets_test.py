@@ -18,7 +18,7 @@ EXPECTED = {
                  ["read as octal (CiA 306): 8, not 10", "Latin-1", "'DataType' is in this section already"]),
     "gold-like": (0, ["command_deadline"], [], ["SupportedObjects: found 58, expected 56", "control Z"]),
     "ipos-like": (1, ["command_deadline", "heartbeat_watch", "connection_reaction", "quick_stop_ramp", "fault_reaction", "speed_limit"],
-                  ["6502:00 supported modes: found 0x65", "1600:02", "without command_deadline"],
+                  ["1600:02", "1A00:02", "without command_deadline"],
                   ["byte order mark", "0x6510 is listed and has no section", "[100D] is in none of the lists",
                    "data type 0x0040 is unknown", "found 'end of list'", "found the value 5 outside its limits", "NUL bytes"]),
 }
