@@ -237,8 +237,8 @@ std::vector<std::string> reasonsOf(const SheetCheck& check) {
 /// The axis, with what somebody has to accept as a comment.
 std::string blockOf(const Import& job, const SheetCheck& check) {
   std::string text = "# From " + job.sheet.file + ": " + job.sheet.vendor_name + ", " + job.sheet.product +
-                     ".\n# Everything but node, vendor, product, revision and mode is of " + job.drive.name + " in " +
-                     job.hardware.name + ": check it, and add the serial number.\n";
+                     ".\n# Everything but node, vendor, product, revision, mode and units is of " + job.drive.name +
+                     " in " + job.hardware.name + ": check it, and add the serial number.\n";
   text += config::axisBlock(job.hardware_file, job.hardware, job.axis, job.drive, job.mode);
   const std::string indent = "        # ";
   if (check.lost != 0)
