@@ -40,11 +40,10 @@ class Judge {
   SheetFinding judge(const SetupStep& step) {
     SheetFinding finding{step, Verdict::kFits, {}};
     const EdsObject* object = sheet_.find(step.object);
-    const bool writes = step.kind == SetupStep::Kind::kWrite || step.kind == SetupStep::Kind::kWriteVerify;
     if (object == nullptr) {
       finding.verdict = step.protections != 0 ? Verdict::kLost : step.optional ? Verdict::kSkipped : Verdict::kRefused;
       finding.reason = "absent";
-    } else if (writes) {
+    } else if (step.writes()) {
       judgeWrite(*object, finding);
     } else {
       judgeRead(*object, finding);
@@ -85,7 +84,7 @@ class Judge {
     if (finding.step.protections == 0)
       return refuse(finding, reason);
     const bool same = readable(object.access) && sizeOf(object.type) == finding.step.size && object.has_value &&
-                      ((bits(object) ^ finding.step.value) & finding.step.mask & ones(finding.step.size)) == 0;
+                      finding.step.passes(bits(object));
     finding.verdict = same ? Verdict::kFits : Verdict::kLost;
     finding.reason = reason + (same ? ", with this value" : "");
   }

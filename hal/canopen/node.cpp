@@ -21,13 +21,9 @@ void append(std::vector<SetupStep>& to, const std::vector<SetupStep>& steps) {
   to.insert(to.end(), steps.begin(), steps.end());
 }
 
-bool isWrite(const SetupStep& step) {
-  return step.kind == SetupStep::Kind::kWrite || step.kind == SetupStep::Kind::kWriteVerify;
-}
-
 void requireSteps(const std::vector<SetupStep>& steps) {
   for (const SetupStep& step : steps) {
-    if (step.size < (isWrite(step) ? 1 : 0) || step.size > 8)
+    if (step.size < (step.writes() ? 1 : 0) || step.size > 8)
       throw std::invalid_argument(step.what + " " + describe(step.object) + ": expected 1 to 8 bytes");
   }
 }
@@ -69,7 +65,7 @@ std::string Node::describe(const NodeFailure& failure) const {
     const std::string text = step.what + " " + canopen::describe(step.object) + ": ";
     if (failure.reason == NodeFailure::Reason::kMismatch)
       return text + "found " + number(failure.value) + ", expected " + number(step.value);
-    return text + (isWrite(step) ? "sent " + number(step.value) + ": " : "") + canopen::describe(failure.abort);
+    return text + (step.writes() ? "sent " + number(step.value) + ": " : "") + canopen::describe(failure.abort);
   }
   switch (failure.reason) {
     case NodeFailure::Reason::kNoBootUp:
@@ -221,7 +217,7 @@ void Node::configure(std::int64_t now) noexcept {
 
 void Node::beginTransfer(std::int64_t now) noexcept {
   const SetupStep& step = steps_[step_];
-  if (isWrite(step) && !reading_back_) {
+  if (step.writes() && !reading_back_) {
     sdo_.download(step.object, step.value, step.size, now);
   } else {
     sdo_.upload(step.object, now);

@@ -33,6 +33,7 @@ struct SetupStep {
   std::vector<std::uint64_t> refused{};  ///< of kCheck: if there are any, every other value passes
   std::int64_t timeout = 1'000'000'000;  ///< of kAwait, ns
 
+  bool writes() const noexcept { return kind == Kind::kWrite || kind == Kind::kWriteVerify; }
   /// kCheck, kAwait, read-back: this number is what is expected.
   bool passes(std::uint64_t number) const noexcept;
 };
