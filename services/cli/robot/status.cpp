@@ -259,10 +259,10 @@ int run(const std::string& name, double wait, bool as_json, bool follow) {
   const bool several = deployment.hosts.size() > 1;
   const Tips tips(client, robot);
   client.connect(wait);
+  client.waitFor(2.0, [&](const client::Snapshot& s) { return s.hals > 0 && s.clearance_count > 0 && tips.all(); });
   if (!follow) {
     if (several)
       askAll(client);
-    client.waitFor(2.0, [&](const client::Snapshot& s) { return s.hals > 0 && s.clearance_count > 0 && tips.all(); });
     auto json = statusJson(deployment, robot, client.snapshot());
     tips.addTo(json);
     json["clocks"] = clocksJson(client.clocks().offsets());
