@@ -23,13 +23,17 @@ async function takeControl() {
   await me.press("#take");
   await me.text("#lease", /Control: this page/);
 }
+/** Ends faults. A stop that the page repeats may reach control after the status that the page has shown: then control
+ * refuses, the page says so, and the operator presses again. */
+async function clearFaults() {
+  const cleared = robot.states("DISABLED").then(() => true);
+  do await me.press("#disable");
+  while (!(await Promise.race([cleared, new Promise((again) => setTimeout(() => again(false), 3000))])));
+}
 async function enable() {
   await takeControl();
   if (!robot.last.arms.every((arm) => arm.operating_state === "ENABLED")) {
-    if (robot.last.arms.some((arm) => arm.operating_state === "FAULT")) {
-      await me.press("#disable");
-      await robot.states("DISABLED");
-    }
+    if (robot.last.arms.some((arm) => arm.operating_state === "FAULT")) await clearFaults();
     await me.press("#enable");
   }
   await robot.states("ENABLED");
