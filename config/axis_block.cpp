@@ -9,19 +9,23 @@
 namespace tandem::config {
 namespace {
 
-/// The group and the axis of a file.
+/// The group and the axis of a file: nodes of the document.
 struct Found {
   YAML::Node group, axis;
 };
 
-Found findAxis(const YAML::Node& list, const std::string& bus, int node) {
-  for (const YAML::Node& group : list) {
+Found findAxis(const YAML::Node& text,
+               const std::filesystem::path& file,
+               const hal::HardwareConfig& hardware,
+               const hal::AxisConfig& of) {
+  const std::string& bus = hardware.buses.at(static_cast<std::size_t>(of.bus)).name;
+  for (const YAML::Node& group : text[of.translation ? "translations" : "rotations"]) {
     for (const YAML::Node& axis : group["axes"]) {
-      if (axis["bus"].as<std::string>("") == bus && axis["node"].as<int>(0) == node)
-        return {YAML::Clone(group), YAML::Clone(axis)};
+      if (axis["bus"].as<std::string>("") == bus && axis["node"].as<int>(0) == of.node)
+        return {group, axis};
     }
   }
-  return {};
+  throw std::runtime_error(file.string() + ": found no axis " + of.name);
 }
 
 void setIdentity(YAML::Node drive, const char* key, std::uint32_t number) {
@@ -55,9 +59,8 @@ std::string axisBlock(const std::filesystem::path& file,
   const hal::AxisConfig& from = hardware.axes.at(axis);
   const std::string kind = from.translation ? "translations" : "rotations";
   const YAML::Node text = YAML::LoadFile(file.string());
-  Found found = findAxis(text[kind], hardware.buses.at(static_cast<std::size_t>(from.bus)).name, from.node);
-  if (!found.axis)
-    throw std::runtime_error(file.string() + ": found no axis " + from.name);
+  const Found place = findAxis(text, file, hardware, from);
+  Found found{YAML::Clone(place.group), YAML::Clone(place.axis)};
   YAML::Node of_group = found.group["drive"];
   setIdentity(of_group, "vendor", drive.identity.vendor);
   setIdentity(of_group, "product", drive.identity.product);
@@ -84,6 +87,30 @@ std::string axisBlock(const std::filesystem::path& file,
   block[kind].push_back(group);
   YAML::Emitter out;
   out << block;
+  return std::string(out.c_str()) + "\n";
+}
+
+std::string withDirectionsReversed(const std::filesystem::path& file,
+                                   const hal::HardwareConfig& hardware,
+                                   const std::vector<const hal::AxisConfig*>& axes) {
+  YAML::Node text = YAML::LoadFile(file.string());
+  // Relative paths are meant from the folder of the file.
+  text["robot"] = hardware.robot_file;
+  for (const char* kind : {"translations", "rotations"}) {
+    for (YAML::Node group : text[kind]) {
+      const std::string profile = group["drive"]["profile"].as<std::string>("");
+      if (const auto beside = file.parent_path() / profile; !profile.empty() && std::filesystem::exists(beside))
+        group["drive"]["profile"] = std::filesystem::absolute(beside).lexically_normal().string();
+    }
+  }
+  for (const hal::AxisConfig* axis : axes) {
+    YAML::Node found = findAxis(text, file, hardware, *axis).axis;
+    found["reversed"] = !axis->gearing.reversed;
+    if (axis->encoder)
+      found["encoder_reversed"] = !axis->encoder->gearing.reversed;
+  }
+  YAML::Emitter out;
+  out << text;
   return std::string(out.c_str()) + "\n";
 }
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file One axis of a hardware file with another drive, as text for a hardware file. */
+/** @file Axes of a hardware file with other drives or directions, as text for a hardware file. */
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "hal/hardware.h"
 
@@ -21,5 +22,11 @@ std::string axisBlock(const std::filesystem::path& file,
                       std::size_t axis,
                       const hal::AxisConfig& drive,
                       const std::string& mode);
+
+/// The hardware file with `reversed` of these axes, and `encoder_reversed` if they have encoders, turned round; without
+/// its comments. @throw std::runtime_error if the file has changed meanwhile.
+std::string withDirectionsReversed(const std::filesystem::path& file,
+                                   const hal::HardwareConfig& hardware,
+                                   const std::vector<const hal::AxisConfig*>& axes);
 
 }  // namespace tandem::config

@@ -16,12 +16,13 @@ const Mapping& deploymentTable();
 const Mapping& trajectoryTable();
 const Mapping& pathTable();
 const Mapping& hardwareTable();
+const Mapping& driveTable();
 /// Table of the `plant` of a deployment.
 const Mapping& plantTable();
 /// Table of the `teleoperation` of a deployment.
 const Mapping& teleoperationTable();
 
-/// "experiment", "deployment", "trajectory", "hardware", "path", and those of robotFiles().
+/// "experiment", "deployment", "trajectory", "hardware", "drive", "path", and those of robotFiles().
 const std::vector<std::string>& kinds();
 
 /// Table of a kind. @throw std::invalid_argument for an unknown kind.

@@ -8,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "config/detail/drive_profile.h"
 #include "config/detail/exact.h"
 #include "config/detail/hardware_guards.h"
 #include "config/detail/loaders.h"
@@ -55,7 +56,10 @@ Group readGroup(const Map& map, bool translation) {
   drive.read(axis);
   if (!drive.has("slew_limit"))
     axis.slew_limit = axis.velocity / hal::kSlewTime;
+  if (!drive.has("first_motion"))
+    axis.first_motion = translation ? hal::kFirstTranslation : hal::kFirstRotation;
   axis.torque = readTorqueLimit(drive);
+  axis.sdo = readSdo(drive);
   checkHomingRun(drive, axis);
   if (drive.has("temperature_object")) {
     const std::string object = drive.text("temperature_object");
@@ -82,6 +86,8 @@ class AxisReader {
   void read(const Map& map, const Group& group) {
     AxisConfig axis = group.axis;
     map.read(axis);
+    for (hal::SdoWrite& write : readSdo(map))
+      axis.sdo.push_back(std::move(write));
     placeJoint(map, axis);
     placeNode(map, axis);
     map.expectBelow("lower", "upper");
@@ -179,6 +185,8 @@ class AxisReader {
                 &hal::AxisUnits::toAccelerationNumber);
       if (axis.following_error < 2.0 * resolution)
         map.fail("node", "found a following_error below two counts of this axis, expected more");
+      if (axis.first_motion < 2.0 * resolution)
+        map.fail("node", "found a first_motion below two counts of this axis, expected more");
       if (axis.encoder && axis.encoder->tolerance < hal::AxisUnits(axis.encoder->gearing).resolution())
         map.fail("encoder_node", "found a tolerance below one count of the encoder, expected more");
     } catch (const std::invalid_argument& error) {
@@ -241,7 +249,7 @@ void readCutLimits(const Map& map, const Robot& robot, hal::HardwareConfig& hard
 
 hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heartbeat_budget, bool refuse_overload) {
   Document document(file.string(), readFile(file));
-  const Map map = document.check(hardwareTable());
+  const Map map = checkHardware(document, file);
   map.expectDistinct("buses", "name");
   map.expectDistinct("buses", "interface");
   auto hardware = map.read<hal::HardwareConfig>();

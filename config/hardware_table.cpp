@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "config/detail/bind.h"
+#include "config/detail/device_identity.h"
+#include "config/detail/drive_profile.h"
 #include "config/file_tables.h"
 #include "hal/hardware.h"
 
@@ -29,14 +31,6 @@ template <Mapping (*kMake)(Kind)>
 const Mapping& both(Kind kind) {
   static const Mapping translation = kMake(kTranslation), rotation = kMake(kRotation);
   return kind.translation ? translation : rotation;
-}
-
-template <class Owner>
-Field identityNumber(const std::string& name, const std::string& description, std::uint32_t DeviceIdentity::*number) {
-  return text(name, description, &Owner::identity, number)
-      .orInteger()
-      .matching("^(0x[0-9A-Fa-f]{1,8}|[0-9]{1,10})$", "a number below 2^32, decimal or 0x...")
-      .defaultNote("not checked");
 }
 
 template <class... Path>
@@ -123,15 +117,6 @@ std::vector<Field> gearingFields(Kind kind) {
   return fields;
 }
 
-template <class Owner>
-std::vector<Field> identityFields() {
-  return {
-      identityNumber<Owner>("vendor", "vendor id, object 0x1018:1", &DeviceIdentity::vendor),
-      identityNumber<Owner>("product", "product code, object 0x1018:2", &DeviceIdentity::product),
-      identityNumber<Owner>("revision", "revision number, object 0x1018:3", &DeviceIdentity::revision),
-  };
-}
-
 void append(std::vector<Field>& fields, const std::vector<Field>& more) {
   fields.insert(fields.end(), more.begin(), more.end());
 }
@@ -154,27 +139,6 @@ const Mapping& torqueTable() {
   return table;
 }
 
-Words<hal::RateUnit> unitWords(const std::array<const char*, hal::kRateUnits.size()>& texts) {
-  Words<hal::RateUnit> words;
-  for (const hal::RateUnit unit : hal::kRateUnits)
-    words.emplace_back(texts[static_cast<std::size_t>(unit)], unit);
-  return words;
-}
-
-std::vector<Field> unitFields() {
-  using hal::DriveUnits;
-  return {
-      text("velocity_unit", "unit of the objects with velocities: of the motor's shaft", unitWords(hal::kVelocityUnits),
-           &AxisConfig::units, &DriveUnits::velocity),
-      positive("velocity_unit_scale", kNone, "numbers in these objects per one of the unit: 1000 for thousandths",
-               &AxisConfig::units, &DriveUnits::velocity_scale),
-      text("acceleration_unit", "unit of the objects with accelerations", unitWords(hal::kAccelerationUnits),
-           &AxisConfig::units, &DriveUnits::acceleration),
-      positive("acceleration_unit_scale", kNone, "numbers in these objects per one of the unit", &AxisConfig::units,
-               &DriveUnits::acceleration_scale),
-  };
-}
-
 Mapping driveMapping(Kind kind) {
   using hal::HoldingMeans;
   using hal::PositionReference;
@@ -183,6 +147,10 @@ Mapping driveMapping(Kind kind) {
   append(
       table.fields,
       {
+          text("profile",
+               "model of drive: a preset (tandem presets drive), or a file relative to the folder of this one")
+              .defaultNote("none")
+              .withoutMotion(),
           text("mode",
                "csp: cyclic synchronous position; csv, pv: cyclic synchronous and profile velocity with the position "
                "loop in the HAL",
@@ -191,11 +159,6 @@ Mapping driveMapping(Kind kind) {
                 {"pv", hal::DriveMode::kProfileVelocity}},
                &AxisConfig::mode),
           positive("velocity_gain", kGain, "gain of the position loop in modes csv and pv", &AxisConfig::velocity_gain),
-          flag("reports_following",
-               "in modes csp and csv, bit 12 of the statusword is 1 while the drive follows the target",
-               &AxisConfig::reports_following),
-          number("sdo_timeout", kTime, "longest time for an answer to an SDO request", &AxisConfig::sdo_timeout)
-              .within(0.02, 10.0),
           positive("velocity", kind.speed(), "largest speed of the axis", &AxisConfig::velocity).required(),
           positive(
               "slew_limit", kind.acceleration(),
@@ -212,6 +175,10 @@ Mapping driveMapping(Kind kind) {
           number("following_time", kTime, "longest time outside the following error window, object 0x6066",
                  &AxisConfig::following_time)
               .within(1e-3, 60.0),
+          positive("first_motion", kind.position(),
+                   "how far the first motion after a boot may go beyond its targets, or differ from the encoder",
+                   &AxisConfig::first_motion)
+              .defaultNote(kind.translation ? "0.2 mm" : "0.5 deg"),
           text("reference", "source of the position after power on",
                {{"absolute_encoder", PositionReference::kAbsoluteEncoder},
                 {"drive", PositionReference::kDrive},
@@ -225,19 +192,12 @@ Mapping driveMapping(Kind kind) {
                 {"brake", HoldingMeans::kBrake}},
                &AxisConfig::powerless_hold),
           mapping("torque_limit", torqueTable(), "guard on torque or current").defaultNote("not watched"),
-          text("temperature_object", "object with a temperature, signed")
-              .matching("^[0-9A-Fa-f]{4}:[0-9A-Fa-f]{1,2}$", "INDEX:SUB, hexadecimal")
-              .orInteger()
-              .defaultNote("none"),
-          positive("temperature_scale", kNone, "degrees Celsius per unit of the temperature object",
-                   &AxisConfig::temperature_scale),
           mapping("homing", both<homingMapping>(kind), "homing run; with `reference: homing`", &AxisConfig::homing)
               .defaultNote("none"),
           mapping("brake", both<brakeMapping>(kind), "holding brake that the HAL controls", &AxisConfig::brake)
               .defaultNote("none"),
       });
-  append(table.fields, unitFields());
-  append(table.fields, identityFields<AxisConfig>());
+  append(table.fields, modelFields());
   return table;
 }
 
@@ -292,6 +252,7 @@ Mapping axisMapping(Kind kind) {
                   &AxisConfig::accepted)
               .list(1, hal::kProtectionCount)
               .defaultNote("none"),
+          sdoField("values written to this drive at boot, after those of its group"),
           nodeId("encoder_node", "node id of the absolute encoder", &EncoderConfig::node).defaultNote("none"),
           identityNumber<EncoderConfig>("encoder_serial", "serial number of the encoder, object 0x1018:4",
                                         &DeviceIdentity::serial),

@@ -221,7 +221,7 @@ const std::vector<std::string>& kinds() {
     std::vector<std::string> names;
     for (const RobotFile& type : robotFiles())
       names.push_back(type.kind);
-    names.insert(names.end(), {"experiment", "deployment", "trajectory", "hardware", "path"});
+    names.insert(names.end(), {"experiment", "deployment", "trajectory", "hardware", "drive", "path"});
     return names;
   }();
   return all;
@@ -240,6 +240,8 @@ const Mapping& tableOf(const std::string& kind) {
     return trajectoryTable();
   if (kind == "hardware")
     return hardwareTable();
+  if (kind == "drive")
+    return driveTable();
   if (kind == "path")
     return pathTable();
   throw std::invalid_argument("found the kind '" + kind + "', expected one of " + join(kinds()));

@@ -6,6 +6,7 @@
 #include "config/arm_names.h"
 #include "config/cooperative.h"
 #include "config/detail/loaders.h"
+#include "config/drive_profile.h"
 #include "config/file_tables.h"
 #include "config/path.h"
 #include "config/robot_files.h"
@@ -80,6 +81,14 @@ Summary summarize(const hal::HardwareConfig& hardware) {
           {}};
 }
 
+Summary summarize(const DriveProfile& profile) {
+  return {"drive",
+          "drive profile " + profile.name + ": " + profile.model + ", modes " + join(profile.modes) + ", " +
+              count(profile.sdo.size(), "value", "values") + " written at boot, " +
+              count(profile.lacks.size(), "protection", "protections") + " lacking",
+          {}};
+}
+
 Summary summarize(const planning::TrajectorySpec& spec) {
   return {"trajectory",
           "trajectory " + spec.name + ": " + shapeName(spec.shape) + " of arm " +
@@ -129,6 +138,8 @@ Summary summaryOf(const std::filesystem::path& file, const std::string& kind) {
     return summarize(loadDeployment(file));
   if (kind == "hardware")
     return summarize(loadHardware(file));
+  if (kind == "drive")
+    return summarize(loadDriveProfile(file));
   if (kind == "path")
     return summarize(loadPath(file));
   if (kind == "trajectory")

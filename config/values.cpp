@@ -8,6 +8,7 @@
 #include <set>
 #include <sstream>
 
+#include "config/detail/drive_profile.h"
 #include "config/detail/loaders.h"
 #include "config/file_tables.h"
 
@@ -57,7 +58,8 @@ class Listing {
 
 std::string valuesOfFile(const std::filesystem::path& file, const std::string& under) {
   Document document(file.string(), readFile(file));
-  return valuesOf(document.check(tableOf(document.kind())), under);
+  const std::string kind = document.kind();
+  return valuesOf(kind == "hardware" ? checkHardware(document, file) : document.check(tableOf(kind)), under);
 }
 
 std::map<std::string, std::string> byKey(const std::string& values) {

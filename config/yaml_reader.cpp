@@ -308,6 +308,22 @@ void Map::expectBelow(const std::string& lower, const std::string& upper) const 
                     inUnit(lower, number(upper)));
 }
 
+void Map::complete(const std::string& name, const Map& by) const {
+  const Map own = map(name);
+  YAML::Node into = find(name)->value;
+  for (const Entry& entry : by.entries_) {
+    const auto same = std::ranges::find(own.entries_, entry.field->name, [](const Entry& e) { return e.field->name; });
+    if (same == own.entries_.end()) {
+      into[entry.key] = YAML::Clone(entry.value);
+    } else if (entry.field->is_list) {
+      YAML::Node both = YAML::Clone(entry.value);
+      for (const YAML::Node& element : same->value)
+        both.push_back(element);
+      into[entry.key] = both;
+    }
+  }
+}
+
 void Map::warn(const std::string& name, const std::string& message) const {
   document_->warnings_.push_back(errorAt(name, message, -1).what());
 }

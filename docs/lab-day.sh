@@ -25,7 +25,7 @@ deployment (which processes run). Numbers of your own replace these:
 |---|---|
 | `counts_per_revolution: 4096` | encoder on the motor, four counts for each of 1024 lines (object 608F of the drive) |
 | `gear_ratio`, `lead_mm` | data sheets of gear and lead screw |
-| `velocity_unit: rpm`, `acceleration_unit: rev_per_s2` | drive manual, chapter on factors and units |
+| `profile: mc3` | the drive's model: its units (rpm, 1/s^2) and what it lacks; [profiles](hardware.md#drive-profiles) of others, or one of your own |
 | `homing: {method: 17, ...}` | negative limit switch; 18 is the positive one, 37 takes the present position |
 | `lower_mm`, `upper_mm` | ruler: where a carriage may stand |
 | `quick_stop_deceleration_mm_per_s2: 200` | a fraction of what motor and gear can do; 1400 1/s^2 at the motor, below the 32767 that object 6085 holds |

@@ -16,7 +16,6 @@ using canopen::NodePhase;
 constexpr double kIgnoreBudget = 0.030;
 /// Longest time until a quick stop shows an effect, s.
 constexpr double kSilenceBudget = 0.020;
-
 }  // namespace
 
 Axis::Axis(const HardwareConfig& hardware,
@@ -33,6 +32,7 @@ Axis::Axis(const HardwareConfig& hardware,
       power_(hardware.transition_budget, config.stopBudget()),
       motion_(config.velocity, units_.resolution(), hardware.period),
       torque_(config.torque),
+      first_motion_(config.first_motion),
       temperature_(config) {
   if (config.brake)
     brake_.emplace(*config.brake);
@@ -57,6 +57,7 @@ void Axis::boot(std::int64_t now) noexcept {
   encoder_stream_.restart();
   statusword_ = 0;
   motion_.restart();
+  first_motion_.restart();
   following_.clearError();
   mode_bits_ = 0;
   power_.setGoal(PowerGoal::kOff, now);
@@ -73,6 +74,7 @@ void Axis::onEmcy(int node, const canopen::Emcy& emcy) noexcept {
 void Axis::setOperating(bool operating) noexcept {
   if (operating && !operating_) {
     following_.restart(target_);
+    first_motion_.begin(target_, position_, comparedPosition());
     torque_.reset();
   }
   operating_ = operating;
@@ -255,8 +257,11 @@ void Axis::moveBrake(std::int64_t now, bool free) noexcept {
 
 void Axis::judgeMotion(std::int64_t now) noexcept {
   // Old feedback does not contain the present position; another guard reports that it is old.
-  if (drive_stream_.fresh())
+  if (drive_stream_.fresh()) {
     following_.measured(position_, config_.following_error, now);
+    first_motion_.sample(target_, position_, comparedPosition());
+  }
+  noteGuard(HardwareGuard::kFirstMotion, first_motion_.failed());
   const bool powered = driveState() == DriveState::kOperationEnabled;
   following_.follows(followsCommand() || !powered, now);
   noteGuard(HardwareGuard::kFollowing, following_.outside(config_.following_time, now));
@@ -315,16 +320,18 @@ safety::FaultRecord Axis::failure(GuardMask guards) const noexcept {
   if (record.faults == 0)
     return record;
   record.joint = static_cast<std::uint8_t>(config_.joint);
-  if (record.cause == FaultCause::kDisagree) {
-    record.amount = std::abs(encoder_position_ - position_);
-    record.allowed = config_.encoder->tolerance;
-  } else if (record.cause == FaultCause::kFollowingError) {
-    record.amount = std::abs(following_.error());
-    record.allowed = config_.following_error;
-  } else if (record.cause == FaultCause::kLost) {
-    record.amount = 1.0 - feedbackSuccess();
-    record.allowed = feedback_budget_.lost;
-  }
+  const auto found = [&record](double amount, double allowed) {
+    record.amount = amount;
+    record.allowed = allowed;
+  };
+  if (record.cause == FaultCause::kDisagree)
+    found(std::abs(encoder_position_ - position_), config_.encoder->tolerance);
+  else if ((guards & bit(HardwareGuard::kFirstMotion)) != 0)
+    found(first_motion_.excess(), config_.first_motion);
+  else if (record.cause == FaultCause::kFollowingError)
+    found(std::abs(following_.error()), config_.following_error);
+  else if (record.cause == FaultCause::kLost)
+    found(1.0 - feedbackSuccess(), feedback_budget_.lost);
   return record;
 }
 

@@ -7,6 +7,7 @@
 #include "hal/brake.h"
 #include "hal/canopen/network.h"
 #include "hal/feedback.h"
+#include "hal/first_motion.h"
 #include "hal/guards.h"
 #include "hal/hardware.h"
 #include "hal/measured_motion.h"
@@ -131,6 +132,8 @@ class Axis {
   bool mayRelease(std::int64_t now) noexcept;
   void judge(std::int64_t now) noexcept;
   void judgeMotion(std::int64_t now) noexcept;
+  /// What the drive's position is compared with: the encoder's, or itself without one.
+  double comparedPosition() const noexcept { return encoder_ < 0 ? position_ : encoder_position_; }
   void noteGuard(HardwareGuard guard, bool stands) noexcept;
 
   AxisConfig config_;
@@ -146,6 +149,7 @@ class Axis {
   MeasuredMotion motion_;
   std::optional<Brake> brake_;
   TorqueGuard torque_;
+  FirstMotion first_motion_;
   SdoJobs jobs_;
   ModeConfirmation mode_;
   Temperature temperature_;
@@ -179,5 +183,8 @@ class Axis {
   double target_velocity_ = 0.0;
   std::int32_t target_counts_ = 0;
 };
+
+/// What a drive has stated of its units at its boot.
+StatedFactors statedFactors(const canopen::Node& drive) noexcept;
 
 }  // namespace tandem::hal

@@ -28,7 +28,7 @@ safety::FaultRecord faultOf(GuardMask guards) noexcept {
       {bit(HardwareGuard::kDriveFault) | bit(HardwareGuard::kEmergency) | bit(HardwareGuard::kEncoderAlarm),
        FaultCause::kDeviceError},
       {bit(HardwareGuard::kEncoderMismatch), FaultCause::kDisagree},
-      {bit(HardwareGuard::kFollowing), FaultCause::kFollowingError},
+      {bit(HardwareGuard::kFollowing) | bit(HardwareGuard::kFirstMotion), FaultCause::kFollowingError},
       {bit(HardwareGuard::kOverspeed), FaultCause::kOverspeed},
       {bit(HardwareGuard::kInternalLimit), FaultCause::kOutsideLimits},
       {bit(HardwareGuard::kBrake), FaultCause::kBrake},

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "hal/drives/bus_load.h"
 #include "hal/drives/cia402.h"
 #include "hal/drives/protections.h"
+#include "hal/drives/sdo_write.h"
 #include "hal/drives/units.h"
 #include "safety/limits.h"
 
@@ -107,13 +109,16 @@ struct AxisConfig {
   double quick_stop_deceleration = 0.0;    ///< m/s^2 or rad/s^2
   double following_error = 0.0;            ///< window of the drive and of the HAL, m or rad
   double following_time = 0.05;            ///< s for which the error may stay outside the window
-  double velocity_gain = 10.0;             ///< 1/s: gain of the HAL's position loop in modes CSV and PV
+  /// Largest travel of the first motion that contradicts its targets or the encoder (FirstMotion), m or rad.
+  double first_motion = safety::kUnlimited;
+  double velocity_gain = 10.0;  ///< 1/s: gain of the HAL's position loop in modes CSV and PV
   PositionReference reference = PositionReference::kAbsoluteEncoder;
   std::uint16_t temperature_index = 0;  ///< object with a temperature of the drive, 0: none
   std::uint8_t temperature_sub = 0;
   double temperature_scale = 1.0;  ///< degrees Celsius per unit of that object
   HoldingMeans powerless_hold = HoldingMeans::kNo;
   std::vector<AcceptedLoss> accepted;  ///< what this drive may lack although it is needed (leastProtections())
+  std::vector<SdoWrite> sdo;           ///< written at boot, before everything that the HAL writes itself
   TorqueLimit torque;
   HomingConfig homing;  ///< used if reference is kHoming
   std::optional<EncoderConfig> encoder;
@@ -169,6 +174,9 @@ struct HardwareConfig {
  * from 10 mm/s and 2 rad/s to 0. With setpoints at 10 Hz, it acts only if a rotation reverses at more than half of its
  * speed. */
 inline constexpr double kSlewTime = 0.1;
+
+/// Defaults of AxisConfig::first_motion for translations, m, and rotations, rad.
+inline constexpr double kFirstTranslation = 0.2e-3, kFirstRotation = 0.5 * std::numbers::pi / 180.0;
 
 /// Deadline of the command PDO (1400:05), as share of the drives' time-out for the HAL's heartbeat.
 inline constexpr double kDeadlineShare = 0.5;

@@ -2,9 +2,11 @@
 #include "hal/detail/node_setups.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
+#include "hal/axis.h"
 #include "hal/nanoseconds.h"
 
 namespace tandem::hal {
@@ -109,11 +111,30 @@ SetupStep unitStep(canopen::ObjectAddress object,
   return step;
 }
 
+/// What the hardware file writes, before all that the HAL writes itself.
+void appendWrites(std::vector<SetupStep>& steps, const std::vector<SdoWrite>& writes) {
+  for (const SdoWrite& write : writes) {
+    const std::string what = write.why.empty() ? "`sdo` of the hardware file" : write.why;
+    const canopen::ObjectAddress object{write.index, write.sub};
+    SetupStep step = write.read_back ? canopen::write(object, write.value, write.size, what)
+                                     : canopen::writeOnly(object, write.value, write.size, what);
+    step.tolerance = write.tolerance;
+    step.optional = write.optional;
+    steps.push_back(std::move(step));
+  }
+}
+
 void appendUnits(std::vector<SetupStep>& steps, const DriveUnits& units) {
   steps.push_back(unitStep({0x60A9, 0}, velocityCode, units.velocity, units.velocity_scale,
                            "unit of velocities (velocity_unit of the hardware file)"));
   steps.push_back(unitStep({0x60AA, 0}, accelerationCode, units.acceleration, units.acceleration_scale,
                            "unit of accelerations (acceleration_unit of the hardware file)"));
+}
+
+/// What the drive states of its gearing, for a comparison with the hardware file.
+void appendFactors(std::vector<SetupStep>& steps) {
+  for (const canopen::ObjectAddress object : objects::kFactors)
+    steps.push_back(optional(canopen::read(object, 0, "factor of the drive's units")));
 }
 
 /** Numbers without sign for a drive's objects. */
@@ -211,8 +232,10 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
   std::uint32_t modes = 1u << (static_cast<int>(axis.mode) - 1);
   if (axis.reference == PositionReference::kHoming)
     modes |= 1u << (static_cast<int>(DriveMode::kHoming) - 1);
+  appendWrites(setup.steps, axis.sdo);
   setup.steps.push_back(optional(canopen::checkBits({0x6502, 0}, modes, modes, 4, "supported modes")));
   appendUnits(setup.steps, axis.units);
+  appendFactors(setup.steps);
   appendReactions(setup.steps, axis);
   if (axis.brake)
     appendBrake(setup.steps, *axis.brake);
@@ -248,6 +271,15 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
   setup.last_steps.push_back(canopen::writeOnly(objects::kMode, static_cast<int>(axis.mode), 1, "mode of operation"));
   setup.last_steps.push_back(awaitMode(axis.mode));
   return setup;
+}
+
+StatedFactors statedFactors(const canopen::Node& drive) noexcept {
+  std::array<std::uint32_t, std::size(objects::kFactors)> read{};
+  for (std::size_t k = 0; k < read.size(); ++k) {
+    if (const std::uint64_t* value = drive.readValue(objects::kFactors[k]))
+      read[k] = static_cast<std::uint32_t>(*value);
+  }
+  return {{read[0], read[1]}, {read[2], read[3]}, {read[4], read[5]}, {read[6], read[7]}};
 }
 
 canopen::NodeSetup encoderSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget) {

@@ -109,6 +109,8 @@ class Judge {
     }
     if (finding.verdict == Verdict::kRefused && (step.protections & lost_) != 0)
       finding.verdict = Verdict::kLost;
+    if (finding.verdict == Verdict::kRefused && step.kind == SetupStep::Kind::kRead && step.optional)
+      finding.verdict = Verdict::kSkipped;
   }
 
   std::string mappingProblem(const SetupStep& step) const {

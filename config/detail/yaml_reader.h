@@ -124,6 +124,9 @@ class Map {
                          const std::string& expected) const;
   /// @throw Error at the first number if it is not less than the second one.
   void expectBelow(const std::string& lower, const std::string& upper) const;
+  /// Adds to the mapping in a key what another mapping has and it has not; a list of both starts with that of the
+  /// other. Maps read before do not change: the document has to be checked again.
+  void complete(const std::string& name, const Map& by) const;
   /// Adds a warning at the value of a key.
   void warn(const std::string& name, const std::string& message) const;
   /// The key in its written, or else its preferred form: "outer_diameter_mm".

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Generator of the JSON Schemas and of the key tables and examples in docs/configuration/. Usage:
+/** @file Generator of the JSON Schemas and of the key tables and examples in docs/configuration/, and of the
+ * drives in docs/hardware.md. Usage:
  * config_reference SOURCE_FOLDER. */
 #include <filesystem>
 #include <fstream>
@@ -8,6 +9,7 @@
 #include <regex>
 #include <string>
 
+#include "config/drive_profile.h"
 #include "config/file_tables.h"
 
 namespace {
@@ -70,6 +72,10 @@ int main(int argc, char** argv) {
       replaceSection(page, text, "keys: " + kind, "keys", tandem::config::keyTables(kind));
       write(page, text);
     }
+    const fs::path page = source / "docs/hardware.md";
+    std::string text = read(page);
+    replaceSection(page, text, "drives: ", "drives", tandem::config::triedWith(presets / "drives"));
+    write(page, text);
   } catch (const std::exception& error) {
     std::cerr << "config_reference: " << error.what() << "\n";
     return 1;

@@ -234,10 +234,11 @@ void Node::nextStep() noexcept {
 void Node::onAbort(SdoAbort abort, std::int64_t now) noexcept {
   const SetupStep& step = steps_[step_];
   const bool absent = isAbsence(abort);
-  const bool skipped = (absent && step.optional) || ((absent || isRefusal(abort)) && step.protections != 0);
+  const bool informs = step.kind == SetupStep::Kind::kRead && step.optional;  // what it says is good to know, no more
+  const bool skipped = informs || (absent && step.optional) || ((absent || isRefusal(abort)) && step.protections != 0);
   if (!skipped) {
     fail(NodeFailure::Reason::kAborted, 0, abort);
-  } else if (absent || reading_back_) {
+  } else if (informs || absent || reading_back_) {
     lose(abort);
   } else {
     refused_ = abort;  // the object keeps a value of its own, which may be the right one

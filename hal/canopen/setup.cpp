@@ -2,6 +2,7 @@
 #include "hal/canopen/setup.h"
 
 #include <algorithm>
+#include <cstdlib>
 
 #include "hal/canopen/bytes.h"
 
@@ -23,6 +24,10 @@ SetupStep step(SetupStep::Kind kind, ObjectAddress object, std::int64_t value, i
 bool SetupStep::passes(std::uint64_t number) const noexcept {
   if (!refused.empty())
     return std::ranges::find(refused, number) == refused.end();
+  if (tolerance > 0) {
+    const std::int64_t read = signExtend(number, 8 * size), wanted = signExtend(value, 8 * size);
+    return static_cast<std::uint64_t>(std::abs(read - wanted)) <= tolerance;
+  }
   return ((number ^ value) & mask) == 0;
 }
 

@@ -24,6 +24,7 @@ struct SetupStep {
   int size = 0;  ///< bytes, 1..8; a number read that does not fit is an error. Reads: 0 = any
   std::uint64_t value = 0;
   std::uint64_t mask = ~std::uint64_t{0};
+  std::uint64_t tolerance = 0;  ///< largest difference to `value`, as signed numbers, instead of equal bits
   std::string what;       ///< description: "quick stop option"
   bool optional = false;  ///< skipped if the node does not have the object
   bool late = false;      ///< of kAwait: the next step follows after its time-out, too

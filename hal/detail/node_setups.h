@@ -30,6 +30,9 @@ inline constexpr canopen::ObjectAddress kLowerLimit{0x607D, 1};
 inline constexpr canopen::ObjectAddress kUpperLimit{0x607D, 2};
 inline constexpr canopen::ObjectAddress kOutputs{0x60FE, 1};
 inline constexpr canopen::ObjectAddress kOutputMask{0x60FE, 2};
+/// Factors of position and velocity, numerators and divisors, in the order of StatedFactors.
+inline constexpr canopen::ObjectAddress kFactors[] = {{0x608F, 1}, {0x608F, 2}, {0x6091, 1}, {0x6091, 2},
+                                                      {0x6092, 1}, {0x6092, 2}, {0x6096, 1}, {0x6096, 2}};
 }  // namespace objects
 
 /// Setup of a drive. @param heartbeat_budget its time-out for the HAL's heartbeat, s.

@@ -80,6 +80,14 @@ std::int64_t AxisUnits::rounded(double number) noexcept {
   return std::llround(std::clamp(number, -kMost, kMost));
 }
 
+std::optional<double> statedCounts(const StatedFactors& factors) {
+  if (factors.feed.isSet())
+    return factors.feed.value() / (factors.gear.isSet() ? factors.gear.value() : 1.0);
+  if (factors.encoder.isSet())
+    return factors.encoder.value();
+  return {};
+}
+
 Counts AxisUnits::toCounts(double joint) const noexcept {
   constexpr double kLowest = std::numeric_limits<std::int32_t>::min();
   constexpr double kHighest = std::numeric_limits<std::int32_t>::max();

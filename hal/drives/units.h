@@ -48,6 +48,22 @@ std::optional<std::pair<RateUnit, double>> unitOfVelocityCode(std::uint32_t code
 std::optional<std::pair<RateUnit, double>> unitOfAccelerationCode(std::uint32_t code);
 inline constexpr int kSmallestUnitPower = -6;  ///< of ten, in such a number
 
+/** Factors of CiA 402-2 as a drive states them: numerator and divisor; 0: absent. */
+struct StatedFactors {
+  struct Ratio {
+    std::uint32_t numerator = 0, divisor = 0;
+    /// Neither absent nor 1:1, which drives have that leave the factor to others.
+    bool isSet() const noexcept { return numerator != 0 && divisor != 0 && numerator != divisor; }
+    double value() const noexcept { return static_cast<double>(numerator) / divisor; }
+  };
+  Ratio encoder;   ///< 608F: increments per revolutions of the motor
+  Ratio gear;      ///< 6091: revolutions of the motor per revolutions of the driving shaft
+  Ratio feed;      ///< 6092: position units per revolutions of the driving shaft
+  Ratio velocity;  ///< 6096: number in 60FF per position unit/s
+};
+/// Counts of 6064 per revolution of the motor: feed / gear, else the encoder's; nothing if neither is set.
+std::optional<double> statedCounts(const StatedFactors& factors);
+
 /** A position in counts that a 32-bit object can hold, or the nearest one. */
 struct Counts {
   std::int32_t value = 0;

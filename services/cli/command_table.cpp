@@ -35,6 +35,8 @@ const std::map<std::string, std::vector<std::string>>& examples() {
       {"doctor", {"tandem doctor", "tandem doctor lab.yaml --json"}},
       {"conformance hal",
        {"tandem conformance hal -d lab.yaml --yes", "tandem conformance hal -d laptop --only enable,silence --json"}},
+      {"commission",
+       {"tandem commission -d lab.yaml", "tandem commission -d lab.yaml --arm a --joint beta_1 --speed-percent 5"}},
       {"fk",
        {"echo -0.1,-0.08,-0.05,0.785,0.785,0.785 | tandem fk --arm a --csv -",
         "tandem fk --csv joints.csv --model compliant --wrench 0,0.1,0,0,0,0 --jacobian",

@@ -70,13 +70,13 @@ void addCommands(CLI::App& app, int& exit_code) {
   tandem::runtime::addPlaceOptions(app);
   app.fallthrough();
   for (Register* part :
-       {registerUp,         registerExperiment,  registerRobot,   registerStatus,    registerTopics,
-        registerDoctor,     registerFk,          registerSolve,   registerStability, registerWorkspace,
-        registerPlan,       registerValidate,    registerSchema,  registerCan,       registerHome,
-        registerJog,        registerSecurity,    registerUnits,   registerRecord,    registerInfo,
-        registerReplay,     registerExport,      registerPlot,    registerConsole,   registerTeleop,
-        registerMonteCarlo, registerCooperative, registerPresets, registerNew,       registerCompletion,
-        registerShow,       registerConformance}) {
+       {registerUp,         registerExperiment,  registerRobot,     registerStatus,    registerTopics,
+        registerDoctor,     registerFk,          registerSolve,     registerStability, registerWorkspace,
+        registerPlan,       registerValidate,    registerSchema,    registerCan,       registerHome,
+        registerJog,        registerSecurity,    registerUnits,     registerRecord,    registerInfo,
+        registerReplay,     registerExport,      registerPlot,      registerConsole,   registerTeleop,
+        registerMonteCarlo, registerCooperative, registerPresets,   registerNew,       registerCompletion,
+        registerShow,       registerConformance, registerCommission}) {
     part(app, exit_code);
   }
   requireFiniteNumbers(app);

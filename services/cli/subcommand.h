@@ -19,6 +19,6 @@ Register registerFk, registerSolve, registerValidate, registerTopics, registerSt
     registerRobot, registerSchema, registerStability, registerWorkspace, registerPlan, registerCan, registerHome,
     registerJog, registerDoctor, registerSecurity, registerUnits, registerRecord, registerInfo, registerReplay,
     registerExport, registerPlot, registerConsole, registerTeleop, registerMonteCarlo, registerPresets, registerNew,
-    registerShow, registerCompletion, registerConformance;
+    registerShow, registerCompletion, registerConformance, registerCommission;
 
 }  // namespace tandem::cli

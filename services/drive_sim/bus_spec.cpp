@@ -151,6 +151,20 @@ EncoderSpec parseEncoder(const std::string& text) {
   return spec;
 }
 
+void addSheet(const std::string& text,
+              const std::function<hal::canopen::Eds(const std::string&)>& load,
+              sim::drives::BusSpec& spec) {
+  const std::size_t equal = text.find('=');
+  // A path may contain the sign, too.
+  if (equal == std::string::npos || text.find_first_not_of("0123456789,") != equal) {
+    spec.drive_eds = load(text);
+    return;
+  }
+  const hal::canopen::Eds eds = load(text.substr(equal + 1));
+  for (const std::string& node : split(text.substr(0, equal)))
+    spec.drive_eds_of[toNode(node)] = eds;
+}
+
 void addStandardNodes(sim::drives::BusSpec& spec) {
   for (int k = 1; k <= 6; ++k) {
     spec.drives.push_back(parseDrive(std::to_string(k)));

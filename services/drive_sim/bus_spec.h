@@ -2,6 +2,7 @@
 /** @file Selection of the drives and encoders to simulate. */
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "config/config.h"
@@ -15,6 +16,13 @@ sim::drives::DriveSpec parseDrive(const std::string& text);
 
 /// "ID=DRIVE[,serial=N][,ratio=X][,offset=N]".
 sim::drives::EncoderSpec parseEncoder(const std::string& text);
+
+/** A data sheet for the drives of a bus: "FILE" for all, "NODE[,NODE...]=FILE" for some.
+ * @param load reads the file
+ * @throw std::invalid_argument for a node that is not 1 to 127. */
+void addSheet(const std::string& text,
+              const std::function<hal::canopen::Eds(const std::string&)>& load,
+              sim::drives::BusSpec& spec);
 
 /// Six drives, nodes 1 to 6, and six encoders, nodes 17 to 22, with serial numbers 1000 + id.
 void addStandardNodes(sim::drives::BusSpec& spec);

@@ -21,11 +21,12 @@ using namespace tandem;
 namespace {
 
 struct Options {
-  std::string bus, control, send, hardware, hardware_bus, drive_eds, encoder_eds, level;
-  std::vector<std::string> drives, encoders;
+  std::string bus, control, send, hardware, hardware_bus, encoder_eds, level;
+  std::vector<std::string> drives, encoders, drive_eds;
   std::uint32_t seed = 1;
   sim::drives::Habits habits;
   double answer_delay = 0.0;  // ms
+  double play = 0.0;          // counts
 };
 
 void addOptions(CLI::App& app, Options& options) {
@@ -38,7 +39,9 @@ void addOptions(CLI::App& app, Options& options) {
       ->delimiter('\0');
   app.add_option("--encoder", options.encoders, "ID=DRIVE[,serial=N][,ratio=X][,offset=N]; may be repeated")
       ->delimiter('\0');
-  app.add_option("--drive-eds", options.drive_eds, "EDS file of the drives (default: built in)");
+  app.add_option("--drive-eds", options.drive_eds,
+                 "EDS file of the drives (default: built in); NODE[,NODE...]=FILE for some of them; may be repeated")
+      ->delimiter('\0');
   app.add_option("--encoder-eds", options.encoder_eds, "EDS file of the encoders (default: built in)");
   using sim::drives::AnswerForm;
   app.add_option("--answers", options.habits.answers,
@@ -53,6 +56,8 @@ void addOptions(CLI::App& app, Options& options) {
       ->check(CLI::Range(0.0, 60e3));
   app.add_flag("--late-mode-display", options.habits.late_mode_display,
                "the drives show a new mode of operation (6061) only in operation enabled");
+  app.add_option("--play", options.play, "free travel between each motor and its encoder, counts of the motor")
+      ->check(CLI::Range(0.0, 1e6));
   app.add_option("--control", options.control, "socket that receives commands while the simulation runs");
   app.add_option(
       "--send", options.send,
@@ -74,8 +79,8 @@ hal::canopen::Eds loadSheet(const std::string& path) {
 sim::drives::BusSpec specOf(Options& options) {
   sim::drives::BusSpec spec;
   spec.seed = options.seed;
-  if (!options.drive_eds.empty())
-    spec.drive_eds = loadSheet(options.drive_eds);
+  for (const std::string& sheet : options.drive_eds)
+    drive_sim::addSheet(sheet, loadSheet, spec);
   if (!options.encoder_eds.empty())
     spec.encoder_eds = loadSheet(options.encoder_eds);
   if (!options.hardware.empty()) {
@@ -98,6 +103,8 @@ sim::drives::BusSpec specOf(Options& options) {
   options.habits.answer_delay = static_cast<std::int64_t>(1e6 * options.answer_delay);
   for (sim::drives::DriveSpec& drive : spec.drives)
     drive.habits = options.habits;
+  for (sim::drives::EncoderSpec& encoder : spec.encoders)
+    encoder.play = options.play;
   return spec;
 }
 

@@ -34,6 +34,26 @@ std::string describeLoss(const hal::Axis& axis, hal::ProtectionMask lost) {
                                 : "may continue, because nothing is known to stop it");
 }
 
+bool differs(double one, double other) { return std::abs(one - other) > 1e-3 * std::abs(other); }
+
+/// "; the drive states 2000 counts per revolution ..., the hardware file says 4096" where they differ.
+std::string describeFactors(const hal::Axis& axis) {
+  const hal::StatedFactors factors = hal::statedFactors(axis.driveNode());
+  std::string text;
+  if (const auto counts = hal::statedCounts(factors);
+      counts && differs(*counts, axis.config().gearing.counts_per_revolution))
+    text += fmt::format(
+        "; the drive states {:.6g} counts per revolution of its motor (608F, 6091, 6092), the hardware "
+        "file says {:.6g}",
+        *counts, axis.config().gearing.counts_per_revolution);
+  const double numbers = 1.0 / axis.units().countsPerVelocityNumber();
+  if (factors.velocity.isSet() && differs(factors.velocity.value(), numbers))
+    text +=
+        fmt::format("; the drive states a velocity factor of {:.6g} (6096), the hardware file's units make it {:.6g}",
+                    factors.velocity.value(), numbers);
+  return text;
+}
+
 std::string describeMaster(hal::canopen::MasterFrame frame) {
   const std::string received = ": " + std::string(name(frame)) + " from another master";
   if (frame == hal::canopen::MasterFrame::kSdoRequest)
@@ -74,13 +94,19 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
   const std::string who = node.setup().name + " (node " + std::to_string(node.id()) + ")";
   switch (event.kind) {
     case Kind::kGuard:
-      return axis.config().name + ": " + hal::describeGuards(event.guards);
+      return axis.config().name + ": " + hal::describeGuards(event.guards) +
+             ((event.guards & hal::bit(hal::HardwareGuard::kFirstMotion)) == 0
+                  ? ""
+                  : ": the joint did not travel as commanded; check counts_per_revolution, gear_ratio, lead, "
+                    "velocity_unit, "
+                    "reversed, and the same of its encoder");
     case Kind::kEmergency:
       return who + ": " + (event.code == 0 ? "emergency cleared" : "emergency, " + hal::describeErrorCode(event.code));
     case Kind::kNode:
       return who + ": " + describeFailure(node, event.failure);
     case Kind::kReady:
-      return axis.config().name + ": ready" + (event.lost == 0 ? "" : describeLoss(axis, event.lost));
+      return axis.config().name + ": ready" + (event.lost == 0 ? "" : describeLoss(axis, event.lost)) +
+             describeFactors(axis);
     case Kind::kBus:
     case Kind::kMaster:
     case Kind::kReleased:

@@ -72,7 +72,8 @@ DriveBus::DriveBus(hal::can::Bus& bus, const BusSpec& spec, std::int64_t now)
     nodes_.push_back(node);
   };
   for (const DriveSpec& one : spec.drives) {
-    drives_.push_back(std::make_unique<Drive>(one, spec.drive_eds));
+    const auto own = spec.drive_eds_of.find(one.id);
+    drives_.push_back(std::make_unique<Drive>(one, own == spec.drive_eds_of.end() ? spec.drive_eds : own->second));
     add(*drives_.back(), drives_.back().get(), nullptr);
   }
   for (const EncoderSpec& one : spec.encoders) {

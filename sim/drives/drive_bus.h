@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <random>
 #include <string>
@@ -20,6 +21,7 @@ struct BusSpec {
   std::vector<DriveSpec> drives;
   std::vector<EncoderSpec> encoders;
   Eds drive_eds = driveEds();
+  std::map<std::uint8_t, Eds> drive_eds_of{};  ///< by node: drives with another data sheet
   Eds encoder_eds = encoderEds();
   std::uint32_t seed = 1;  ///< of frame losses and bit flips
 };

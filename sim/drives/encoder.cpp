@@ -16,6 +16,7 @@ Encoder::Encoder(const EncoderSpec& spec, const Eds& eds, const Motor& motor)
     : Device(spec.id, eds, encoderEds(), spec.serial),
       spec_(spec),
       motor_(motor),
+      carried_(motor.position()),
       random_(spec.id),
       operating_(dictionary().require(0x6000)),
       status_(dictionary().require(0x6500)),
@@ -34,10 +35,11 @@ Encoder::Encoder(const EncoderSpec& spec, const Eds& eds, const Motor& motor)
 
 double Encoder::position() const noexcept {
   const double sign = (operating_.value & kReverse) != 0 ? -1.0 : 1.0;
-  return sign * (spec_.ratio * motor_.position() + spec_.offset) + static_cast<double>(preset_offset_);
+  return sign * (spec_.ratio * carried_ + spec_.offset) + static_cast<double>(preset_offset_);
 }
 
 void Encoder::step(double dt) noexcept {
+  carried_ = std::clamp(carried_, motor_.position() - 0.5 * spec_.play, motor_.position() + 0.5 * spec_.play);
   hours_ += dt / 3600.0;
   if (!powered() || sensor.alarm == alarmed_)
     return;

@@ -17,6 +17,7 @@ struct EncoderSpec {
   std::uint8_t drive = 1;   ///< node id of the drive whose axis it measures
   double ratio = 1.0;       ///< its units per count of the drive; negative: opposite direction
   std::int32_t offset = 0;  ///< units at position 0 of the drive's motor
+  double play = 0.0;        ///< free travel between motor and encoder, counts of the drive
 };
 
 class Encoder final : public Device {
@@ -37,6 +38,7 @@ class Encoder final : public Device {
 
   EncoderSpec spec_;
   const Motor& motor_;
+  double carried_ = 0.0;  ///< position of the motor that the encoder shows, behind the free travel
   std::mt19937 random_;
   Entry &operating_, &status_, &preset_, &position_value_, &speed_, &timer_, &alarms_, &offset_, &operating_time_;
   std::int64_t preset_offset_ = 0;  ///< survives power off, as in a real encoder

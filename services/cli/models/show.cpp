@@ -261,9 +261,8 @@ Json factsOf(const ShowCommand& options, const std::filesystem::path& file) {
     facts["paths"] = {objectPathJson(config::loadPath(file))};
   } else if (kind == "experiment") {
     addExperiment(facts, options, file);
-  } else if (kind == "hardware") {
-    throw Failure(kUsage,
-                  file.string() + ": a hardware file has no picture; its bus load: tandem can budget " + file.string());
+  } else if (kind == "hardware" || kind == "drive") {
+    throw Failure(kUsage, file.string() + ": drives have no picture; what they are: tandem validate " + file.string());
   } else {
     const config::Robot robot = config::loadAnyRobot(file);
     addRobot(facts, robot, showRobot(robot, options.model));

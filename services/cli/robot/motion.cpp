@@ -10,6 +10,7 @@
 
 #include "config/arm_names.h"
 #include "config/robot_files.h"
+#include "services/cli/robot/axis_motion.h"
 #include "services/cli/subcommand.h"
 #include "services/client/motions.h"
 #include "services/runtime/process.h"
@@ -63,27 +64,13 @@ int jog(const MotionCommand& options) {
   client.connect(10.0);
   client.setSilenceLimit(2.0 + 3.0 * deployment.control_period);
   client.acquireLease();
-  dds::ControlRequest request;
-  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kJog);
-  request.arm = arm;
-  request.joint_count = static_cast<std::uint8_t>(joints);
-  request.joints[static_cast<std::size_t>(joint)] = options.speed * (translation ? 1e-3 : std::numbers::pi / 180.0);
-  const std::size_t index = dds::jointIndex(static_cast<int>(arm), joint);
-  const double from = client.snapshot().state.position[index];
-  // Each request is valid for the larger of the teleoperation budget and two periods.
-  const double repeat = 0.4 * std::max(deployment.budgets.teleoperation, 2.0 * deployment.control_period);
-  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(options.seconds);
-  while (std::chrono::steady_clock::now() < end && !stop.requested()) {
-    client.control(request);
-    stop.waitFor(repeat);
-  }
-  client.setInterrupt({});
-  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kHold);
-  client.control(request);
-  client.waitFor(2.0, [&](const client::Snapshot& s) { return s.state.velocity[index] == 0.0; });
+  const double from = client.snapshot().state.position[dds::jointIndex(static_cast<int>(arm), joint)];
+  jogJoint(client, deployment,
+           {arm, joint, joints, options.speed * (translation ? 1e-3 : std::numbers::pi / 180.0), options.seconds},
+           [&](double seconds) { return stop.waitFor(seconds); });
   client.releaseLease();
   const double scale = translation ? 1e3 : 180.0 / std::numbers::pi;
-  const double to = client.snapshot().state.position[index];
+  const double to = client.snapshot().state.position[dds::jointIndex(static_cast<int>(arm), joint)];
   answer(fmt::format("{} {}: from {:.4f} to {:.4f} {}", robot.arms[arm].name, options.joint, scale * from, scale * to,
                      translation ? "mm" : "deg"),
          {{"arm", robot.arms[arm].name}, {"joint", options.joint}, {"from", from}, {"to", to}});
@@ -91,6 +78,32 @@ int jog(const MotionCommand& options) {
 }
 
 }  // namespace
+
+bool jogJoint(client::Client& client,
+              const config::Deployment& deployment,
+              const Jog& jog,
+              const std::function<bool(double)>& wait) {
+  dds::ControlRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kJog);
+  request.arm = jog.arm;
+  request.joint_count = static_cast<std::uint8_t>(jog.joints);
+  request.joints[static_cast<std::size_t>(jog.joint)] = jog.speed;
+  // Each request is valid for the larger of the teleoperation budget and two periods.
+  const double repeat = 0.4 * std::max(deployment.budgets.teleoperation, 2.0 * deployment.control_period);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double>(jog.seconds);
+  bool ended = false;
+  while (std::chrono::steady_clock::now() < end && !ended) {
+    client.control(request);
+    const double left = std::chrono::duration<double>(end - std::chrono::steady_clock::now()).count();
+    ended = wait(std::clamp(left, 0.0, repeat));
+  }
+  client.setInterrupt({});
+  request.kind = static_cast<std::uint8_t>(dds::ControlKind::kHold);
+  client.control(request);
+  const std::size_t index = dds::jointIndex(static_cast<int>(jog.arm), jog.joint);
+  client.waitFor(2.0, [&](const client::Snapshot& s) { return s.state.velocity[index] == 0.0; });
+  return !ended;
+}
 
 void registerHome(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<MotionCommand>();

@@ -73,6 +73,22 @@ class Import(system.SystemTest):
                 path.write_text(path.read_text().replace(report["yaml"], "translations:\n"))
                 self.assertEqual(system.run("validate", path).returncode, 2)
 
+    def test_profiles_say_what_their_sheets_lack(self):
+        lost = {}
+        for profile, mode, code in (("epos4", "csp", 0), ("epos4", "pv", 0), ("gold", "csp", 0), ("gold", "csv", 0), ("mc3", "csp", 0),
+                                    ("mc3", "pv", 0), ("ipos", "pv", 1)):
+            with self.subTest(profile, mode=mode):
+                path = self.folder / "hardware.yaml"
+                path.write_text(PRESET.read_text().replace("../robots/", str(system.PRESETS / "robots") + "/")
+                                .replace("  - drive:\n", f"  - drive:\n      profile: {profile}\n      mode: {mode}\n", 1))
+                report = self.report(sheet(f"{profile}-like"), "--hardware", path, "--mode", mode, code=code)
+                lost.setdefault(profile, set()).update(report["lost"])
+                if code == 0:
+                    self.assertIn(f"profile: {profile}", report["yaml"])
+        for profile, all_modes in lost.items():
+            lacks = re.search(r"^lacks: \[(.*)\]$", (system.PRESETS / "drives" / f"{profile}.yaml").read_text(), re.M)[1]
+            self.assertEqual(set(lacks.split(", ")), all_modes, profile)
+
     def test_an_accepted_loss_makes_the_axis_bootable(self):
         block = self.report(sheet("mc3-like"), code=3)["yaml"]
         accepted = block.replace('        # accept:', '        accept:').replace('        #   - {prot', '          - {prot')

@@ -198,5 +198,80 @@ TEST(Dialects, TheSetupOfOneArmLeavesTheBusToTheOther) {
   EXPECT_EQ(system.robot->state(0), OperatingState::kEnabled) << system.story();
 }
 
+/// The drives' data sheet with one more object, a 32-bit number that may be written.
+Eds withParameter(canopen::ObjectAddress address, std::int64_t value) {
+  Eds eds = stating({{address, value}});
+  std::ranges::find(eds.objects, address, &EdsObject::address)->access = canopen::Access::kReadWrite;
+  return eds;
+}
+
+SdoWrite writing(canopen::ObjectAddress object, std::int64_t value, bool optional = false) {
+  SdoWrite write;
+  write.index = object.index;
+  write.sub = object.sub;
+  write.value = value;
+  write.optional = optional;
+  write.why = "a current limit";
+  return write;
+}
+
+TEST(WritesOfTheFile, ComeBeforeThoseOfTheHal) {
+  HardwareConfig hardware = presetHardware();
+  hardware.axes[0].sdo = {writing({0x3001, 2}, 4711), writing({0x6085, 0}, 1)};
+  System system(hardware, 0.0, withParameter({0x3001, 2}, 0));
+  ASSERT_TRUE(system.boot()) << system.story() << system.robot->arm(0).axis(0).driveNode().describeFailure();
+  EXPECT_EQ(system.drive(0, 0).dictionary().require(0x3001, 2).value, 4711);
+  EXPECT_EQ(system.drive(0, 1).dictionary().require(0x3001, 2).value, 0) << "of one axis";
+  const AxisConfig& axis = hardware.axes[0];
+  EXPECT_EQ(system.drive(0, 0).dictionary().require(0x6085, 0).value,
+            std::abs(AxisUnits(axis.gearing, axis.units).toAccelerationNumber(axis.quick_stop_deceleration)))
+      << "no write replaces a protection";
+}
+
+TEST(WritesOfTheFile, AnAbsentObjectStopsTheBootUnlessItIsOptional) {
+  HardwareConfig hardware = presetHardware();
+  hardware.axes[0].sdo = {writing({0x3001, 2}, 4711, true)};
+  System tolerant(hardware);
+  EXPECT_TRUE(tolerant.boot());
+  hardware.axes[0].sdo[0].optional = false;
+  System strict(hardware);
+  strict.robot->start(strict.now);
+  const canopen::Node& node = strict.robot->arm(0).axis(0).driveNode();
+  ASSERT_TRUE(strict.until(3.0, [&] { return node.phase() == canopen::NodePhase::kFailed; }));
+  EXPECT_NE(node.describeFailure().find("a current limit 3001:02"), std::string::npos) << node.describeFailure();
+}
+
+/// Drives round: what is read back may differ by as much as the file says, in either direction.
+TEST(WritesOfTheFile, AreReadBackWithTheirTolerance) {
+  for (const int size : {1, 2, 4}) {
+    for (const std::int64_t value : {std::int64_t{-40}, std::int64_t{0}, std::int64_t{100}}) {
+      canopen::SetupStep step = canopen::write({0x3001, 2}, value, size, "x");
+      for (const std::int64_t error : {-6, -5, -1, 0, 1, 5, 6}) {
+        const std::uint64_t read = canopen::write({0x3001, 2}, value + error, size, "x").value;
+        step.tolerance = 5;
+        EXPECT_EQ(step.passes(read), std::abs(error) <= 5) << size << " " << value << " " << error;
+        step.tolerance = 0;
+        EXPECT_EQ(step.passes(read), error == 0);
+      }
+    }
+  }
+}
+
+TEST(StatedFactors, AreReadWhereADriveHasThem) {
+  const auto stated = [](const DriveKind& kind) {
+    System system(presetHardware(), 0.0, kind);
+    EXPECT_TRUE(system.boot());
+    return statedFactors(system.robot->arm(0).axis(0).driveNode());
+  };
+  EXPECT_FALSE(statedCounts(stated(without({0x608F, 0x6091, 0x6092}))));
+  const StatedFactors all = stated(
+      stating({{{0x608F, 1}, 8000}, {{0x6091, 1}, 3}, {{0x6092, 1}, 36000}, {{0x6096, 1}, 60}, {{0x6096, 2}, 4096}}));
+  EXPECT_EQ(statedCounts(all), 12000.0) << "position units of the shaft count, not the encoder's increments";
+  EXPECT_TRUE(all.velocity.isSet());
+  EXPECT_EQ(all.velocity.value(), 60.0 / 4096.0);
+  // 1:1 is what drives have that leave it to others.
+  EXPECT_EQ(statedCounts(stated(stating({{{0x6092, 1}, 1}, {{0x608F, 1}, 500}}))), 500.0);
+}
+
 }  // namespace
 }  // namespace tandem::hal::test

@@ -204,10 +204,12 @@ TEST(Stops, ARunawayIsNoticedByItsMeasuredSpeed) {
 }
 
 TEST(Stops, OverspeedStopsEvenWhereTheReferenceIsFast) {
-  // The following error limit is disabled: only the measured speed remains.
+  // Following error and first motion are not watched: only the measured speed remains.
   HardwareConfig config = presetHardware();
-  for (AxisConfig& axis : config.axes)
+  for (AxisConfig& axis : config.axes) {
     axis.following_error = axis.translation ? 0.05 : 5.0;
+    axis.first_motion = safety::kUnlimited;
+  }
   System system(config);
   ASSERT_TRUE(system.boot() && system.enable());
   ASSERT_TRUE(system.inject(0, FaultKind::kRunaway, kNode));

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Keys of a hardware file that a drive profile may give, and the profiles themselves. */
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+#include "config/detail/yaml_reader.h"
+#include "hal/drives/sdo_write.h"
+
+namespace tandem::config {
+
+/// Fields of `drive` that belong to a model of drive rather than to an axis: units, identity, answers, `sdo`.
+std::vector<Field> modelFields();
+/// Field `sdo`: what is written to a drive at boot, for a drive profile, the drives of a group, or one axis.
+Field sdoField(const std::string& description);
+/// Reads `sdo` of a mapping. @throw Error for an object that a hardware file may not write, or a value beyond its type.
+std::vector<hal::SdoWrite> readSdo(const Map& map);
+
+/// Completes each `drive` of a checked hardware file by the profile that it names: keys that it has not, and the
+/// profile's `sdo` before its own. @return false if no drive names one @throw Error for a profile that is not found,
+/// or of the profile's own file.
+bool completeDrives(const Map& hardware, const std::filesystem::path& file);
+/// Checks a hardware file and completes its drives. @throw Error as both do.
+Map checkHardware(Document& document, const std::filesystem::path& file);
+
+}  // namespace tandem::config
