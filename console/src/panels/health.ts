@@ -2,6 +2,7 @@
 /** System health: loops, watchdogs, services, and the load of the page itself. */
 import { age, ageText } from "../state/age";
 import { nameOf, valuesOf } from "../state/descriptions";
+import { lackingProtections } from "../state/protections";
 import type { Context, Panel } from "./context";
 import { card, h, setAttribute, setText } from "./dom";
 
@@ -12,6 +13,7 @@ export class Health implements Panel {
   private readonly loop = h("dl.facts");
   private readonly guards = h("dl.facts");
   private readonly services = h("ul.services", { id: "services" });
+  private readonly lacking = h("p.lacking", { id: "lacking" });
   private readonly known = new Map<string, { row: HTMLElement; at: number }>();
   private readonly facts = new Map<string, HTMLElement>();
   private kilobytes = 0;
@@ -22,6 +24,7 @@ export class Health implements Panel {
       {},
       card("Loop", this.loop),
       card("Guards of the drives", this.guards),
+      card("Protections that drives lack", this.lacking),
       card("Services", this.services),
     );
     c.world.taps.diagnostics.push((array) => {
@@ -88,6 +91,8 @@ export class Health implements Panel {
     this.fact(this.loop, "this page receives", `${this.kilobytes.toFixed(0)} kB/s`);
     if (hal) {
       this.fact(this.loop, "emergency stop", nameOf("EmergencyStop", hal.emergency_stop));
+      const lacking = lackingProtections(hal, this.c.robot.arms).map(({ who, what }) => `${who}: ${what.join("; ")}`);
+      setText(this.lacking, lacking.join("\n") || "none");
       valuesOf("Guard").forEach(({ name, value: k }) => {
         const count = hal.guard_count[k] ?? 0n;
         this.fact(
