@@ -14,8 +14,7 @@ namespace {
 using eprosima::fastrtps::rtps::InstanceHandle_t;
 using eprosima::fastrtps::rtps::SerializedPayload_t;
 
-constexpr std::size_t kEncapsulation = 4;      // bytes in front of CDR
-constexpr std::uint32_t kUsualPayload = 4096;  // bytes; larger ones make DDS allocate
+constexpr std::size_t kEncapsulation = 4;  // bytes in front of CDR
 
 /** Type support for serialized samples of a type known by name only. A writer's sample is a string_view, a reader's a
  * string. */

@@ -2,10 +2,12 @@
 /** @file Private: conversion between plain messages and generated DDS types. */
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 
 #include "idl/wire_members.h"
 #include "services/dds/messages.h"
+#include "services/dds/validate.h"
 
 namespace tandem::dds {
 
@@ -107,6 +109,8 @@ class GuardedSupport : public Wire<M>::Support {
   GuardedSupport() {
     this->auto_fill_type_object(false);
     this->auto_fill_type_information(false);
+    if (!this->is_plain())
+      this->m_typeSize = std::min(this->m_typeSize, kUsualPayload);
   }
 
   bool deserialize(eprosima::fastrtps::rtps::SerializedPayload_t* payload, void* data) override;

@@ -3,6 +3,7 @@
 """tandem-console with correct and faulty clients: Foxglove's own client, many clients, and invalid requests."""
 import json
 import os
+import pathlib
 import select
 import signal
 import socket
@@ -110,6 +111,32 @@ class Crowd(ConsoleTest):
         self.assertTrue(json.loads(frames[-2][1])["message"].startswith(why), "the last message before the end is its reason")
         robot.event("lost", 10)
         self.assertEqual(len(robot.states()), 2, "the robot goes on")
+
+
+class Openings(ConsoleTest):
+    """The server's memory does not grow with the number of times that a page has been opened."""
+
+    def megabytes(self, pid):
+        lines = pathlib.Path(f"/proc/{pid}/status").read_text().splitlines()
+        return int(next(line.split()[1] for line in lines if line.startswith("VmRSS"))) / 1024
+
+    def test_memory_is_flat(self):
+        pid = self.start_robot().pids["console"]
+        found = []
+        for _ in range(12):
+            wire.get(self.port, "/")
+            peer = self.client()
+            peer.subscribe(*peer.channels)
+            missing = {self.channel(peer, name) for name in ("control/status", "diagnostics", "arm_a/shape")}
+            while missing:
+                opcode, payload = peer.frame()
+                if opcode == 2:
+                    missing.discard(struct.unpack_from("<I", payload, 1)[0])
+            peer.close()
+            system.until(lambda: self.stats()["clients"] == [], 20, "it is gone")
+            found.append(self.megabytes(pid))
+        print("MB after each opening:", *(f"{size:.0f}" for size in found), flush=True)
+        self.assertLess(max(found), found[0] + 40)
 
 
 class Hostile(ConsoleTest):
