@@ -1,12 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-import { resolve } from "node:path";
+import { readFileSync, writeFileSync } from "node:fs";
+import { join, resolve } from "node:path";
+import { gzipSync } from "node:zlib";
+import type { Plugin } from "vite";
 import { defineConfig } from "vitest/config";
 
 // The build tree contains a copy of console/ only.
 const source = process.env["TANDEM_SOURCE"] ?? "..";
 const server = process.env["TANDEM_SERVER"] ?? "http://127.0.0.1:8765";
 
+/** Writes a compressed copy NAME.gz beside each file: the server sends it to browsers that accept gzip. */
+const compressed: Plugin = {
+  name: "compressed",
+  writeBundle({ dir }, bundle) {
+    for (const file of Object.keys(bundle).map((name) => join(dir!, name)))
+      writeFileSync(`${file}.gz`, gzipSync(readFileSync(file), { level: 9 }));
+  },
+};
+
 export default defineConfig({
+  plugins: [compressed],
   resolve: {
     alias: { "@msg": resolve(source, "idl/msg") }, // message definitions in ROS 2 format, generated from idl/
   },

@@ -15,13 +15,14 @@ import { Operate } from "./panels/operate";
 import { Run } from "./panels/run";
 import { StopKey } from "./panels/stop";
 import { tabs } from "./panels/tabs";
+import { askForToken } from "./panels/token";
 import { View } from "./scene/view";
 import { Clock } from "./state/clock";
 import { Commander } from "./state/commander";
 import { Events } from "./state/events";
 import { Orders } from "./state/orders";
 import type { Robot } from "./state/robot";
-import { fetchJson } from "./state/robot";
+import { fetchJson, TokenRequired } from "./state/robot";
 import { ServerClock } from "./state/server";
 import { World } from "./state/world";
 import { Devices } from "./teleop/devices";
@@ -146,11 +147,14 @@ export class App {
   /** Whether the server still serves the robot of this page: its session; null if not, and the page is over. */
   private async again(): Promise<string | null> {
     const { robot } = this.c;
-    const found = await fetchJson<Robot>("/api/robot");
+    const found = await fetchJson<Robot>("/api/robot").catch((error: unknown) => {
+      if (error instanceof TokenRequired) return error;
+      throw error;
+    });
+    if (found instanceof TokenRequired) return this.end(askForToken(found.message));
     if (found.fingerprint === robot.fingerprint && found.prefix === robot.prefix && found.role === robot.role)
       return found.session;
-    this.ended = true;
-    this.root.replaceChildren(
+    return this.end(
       h(
         "div.boot",
         { role: "alert", id: "exchanged" },
@@ -159,6 +163,11 @@ export class App {
         h("button", { type: "button", id: "reload", onclick: () => window.location.reload() }, "Load its page"),
       ),
     );
+  }
+  /** Shows this instead of the robot. */
+  private end(reason: HTMLElement): null {
+    this.ended = true;
+    this.root.replaceChildren(reason);
     return null;
   }
 

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <stdexcept>
 
 namespace tandem::console {
@@ -70,7 +71,19 @@ std::string_view valueOf(std::string_view pairs, std::string_view name, char sep
   return {};
 }
 
-AccessDecision refusal(int status, std::string why) { return {std::nullopt, status, std::move(why), false}; }
+AccessDecision refusal(int status, std::string why) { return {std::nullopt, status, std::move(why)}; }
+
+std::vector<std::string_view> parametersOf(std::string_view query) {
+  std::vector<std::string_view> found;
+  for (std::size_t begin = 0; begin < query.size();) {
+    const std::size_t end = std::min(query.find('&', begin), query.size());
+    found.push_back(query.substr(begin, end - begin));
+    begin = end + 1;
+  }
+  return found;
+}
+
+std::string_view nameOfParameter(std::string_view pair) { return pair.substr(0, pair.find('=')); }
 
 }  // namespace
 
@@ -95,6 +108,24 @@ std::string_view parameterOf(std::string_view query, std::string_view name) {
   return valueOf(query, name, '&', [](std::string_view pair) { return pair; });
 }
 
+std::string withoutParameter(std::string_view query, std::string_view name) {
+  std::string kept;
+  for (const std::string_view pair : parametersOf(query)) {
+    if (nameOfParameter(pair) != name)
+      kept.append(kept.empty() ? "" : "&").append(pair);
+  }
+  return kept;
+}
+
+std::string_view repeatedParameter(std::string_view query) {
+  std::set<std::string_view> names;
+  for (const std::string_view pair : parametersOf(query)) {
+    if (!names.insert(nameOfParameter(pair)).second)
+      return nameOfParameter(pair);
+  }
+  return {};
+}
+
 std::string_view cookieOf(std::string_view cookies, std::string_view name) {
   return valueOf(cookies, name, ';', [](std::string_view pair) {
     while (pair.starts_with(' '))
@@ -104,7 +135,9 @@ std::string_view cookieOf(std::string_view cookies, std::string_view name) {
 }
 
 Access::Access(const config::Console& console, bool secured, const std::vector<std::string>& own_names)
-    : scheme_(console.tls() ? "https://" : "http://"), origins_(console.origins) {
+    : scheme_(console.tls() ? "https://" : "http://"),
+      cookie_name_("tandem_token_" + std::to_string(console.port)),
+      origins_(console.origins) {
   if (!console.operator_token.empty())
     operator_token_ = readToken(console.operator_token, "operator_token");
   else if (secured || !console.loopback())
@@ -138,6 +171,14 @@ bool Access::knowsOrigin(std::string_view origin, std::string_view host) const {
   return here == scheme_ + lower(host) || std::find(origins_.begin(), origins_.end(), here) != origins_.end();
 }
 
+std::optional<dds::Role> Access::roleOf(std::string_view token) const {
+  // Compares both, so that the time does not reveal which one matched.
+  const bool commands = sameSecret(token, operator_token_), looks = sameSecret(token, viewer_token_);
+  if (token.empty() || !(commands || looks))
+    return std::nullopt;
+  return commands ? dds::Role::kConsoleOperator : dds::Role::kConsoleViewer;
+}
+
 AccessDecision Access::judge(const AccessHeaders& headers) const {
   if (!knowsHost(headers.host))
     return refusal(
@@ -148,19 +189,20 @@ AccessDecision Access::judge(const AccessHeaders& headers) const {
     return refusal(403, "Origin '" + headers.origin.substr(0, 100) +
                             "': pages of other origins may not connect; console.origins lists the permitted ones");
   if (!asksForToken())
-    return {dds::Role::kConsoleOperator, 200, "", false};
-  const std::string_view in_query = parameterOf(headers.query, "token");
-  std::string_view token = in_query;
+    return {dds::Role::kConsoleOperator, 200, ""};
+  std::string_view token = parameterOf(headers.query, "token");
   if (token.empty() && headers.bearer.starts_with("Bearer "))
     token = std::string_view(headers.bearer).substr(7);
   if (token.empty())
-    token = cookieOf(headers.cookie, kTokenCookie);
-  // Compares both, so that the time does not reveal which one matched.
-  const bool commands = sameSecret(token, operator_token_), looks = sameSecret(token, viewer_token_);
-  if (commands || (looks && !viewer_token_.empty()))
-    return {commands ? dds::Role::kConsoleOperator : dds::Role::kConsoleViewer, 200, "", !in_query.empty()};
-  return refusal(401, token.empty() ? "a token is required: ?token=TOKEN, or a header `Authorization: Bearer TOKEN`"
-                                    : "the token is none of those in console.operator_token and console.viewer_token");
+    token = cookieOf(headers.cookie, cookie_name_);
+  if (const auto role = roleOf(token))
+    return {role, 200, ""};
+  return refusal(
+      401, std::string(token.empty() ? "This console requires a token, and the request has none."
+                                     : "The token of this request is not one of this console's tokens.") +
+               " Copy the token from the file that `operator_token` (to command) or `viewer_token` (to watch and stop) "
+               "under `console` in the deployment names. In a browser, open this console's address with "
+               "/?token=TOKEN at its end; a program sends the header `Authorization: Bearer TOKEN`.");
 }
 
 }  // namespace tandem::console

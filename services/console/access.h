@@ -31,11 +31,7 @@ struct AccessDecision {
   std::optional<dds::Role> role;  ///< kConsoleOperator or kConsoleViewer; empty: refused
   int status = 200;               ///< HTTP status of a refusal
   std::string why;                ///< reason of a refusal
-  bool show_cookie = false;       ///< the token was in the query: the answer sets it as a cookie
 };
-
-/// Name of the cookie with the token.
-inline constexpr const char* kTokenCookie = "tandem_token";
 
 /// @throw std::invalid_argument if all users of this machine may read the file. @param where  key and file, for the
 /// error text
@@ -58,11 +54,16 @@ class Access {
   bool knowsOrigin(std::string_view origin, std::string_view host) const;
   /// For all requests except files of the page.
   AccessDecision judge(const AccessHeaders& headers) const;
+  /// Role of those who have this token; empty if it is none of the console's.
+  std::optional<dds::Role> roleOf(std::string_view token) const;
   /// Whether requests need a token.
   bool asksForToken() const { return !operator_token_.empty(); }
+  /// Name of the cookie with the token. It contains the port: browsers send the cookies of a host to all of its ports,
+  /// and another console there has other tokens.
+  const std::string& cookieName() const { return cookie_name_; }
 
  private:
-  std::string scheme_;
+  std::string scheme_, cookie_name_;
   std::string operator_token_, viewer_token_;
   std::vector<std::string> origins_, names_;
 };
@@ -71,6 +72,10 @@ class Access {
 bool sameSecret(std::string_view a, std::string_view b);
 /// Value of a parameter in "a=b&c=d"; empty if absent. Tokens need no decoding.
 std::string_view parameterOf(std::string_view query, std::string_view name);
+/// "a=b&c=d" without all parameters of this name.
+std::string withoutParameter(std::string_view query, std::string_view name);
+/// Name of a parameter that "a=b&a=c" has twice; empty if there is none.
+std::string_view repeatedParameter(std::string_view query);
 /// Value of a cookie in "a=b; c=d"; empty if absent.
 std::string_view cookieOf(std::string_view cookies, std::string_view name);
 

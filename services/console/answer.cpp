@@ -9,31 +9,41 @@
 namespace tandem::console {
 namespace {
 
-/// Stores the token of the link to the page in a cookie, which scripts cannot read.
-void addCookie(const Context& context, const Request& request, Answer& answer) {
-  if (parameterOf(request.query, "token").empty())
-    return;
-  const AccessDecision decision = context.access.judge(request.access_headers);
-  if (decision.role && decision.show_cookie)
-    answer.headers.emplace_back("Set-Cookie",
-                                std::string(kTokenCookie) + "=" + std::string(parameterOf(request.query, "token")) +
-                                    "; Path=/; HttpOnly; SameSite=Strict" + (context.tls ? "; Secure" : ""));
+/// Redirects from an address with a valid token to the same one without it, so that it is neither in the address bar
+/// nor in the browser's history; a cookie keeps it, which scripts cannot read. Links from other sites may have a token,
+/// too.
+std::optional<Answer> takeToken(const Context& context, const Request& request) {
+  const std::string token(parameterOf(request.query, "token"));
+  if (request.path != "/" || !context.access.roleOf(token))
+    return std::nullopt;
+  const std::string query = withoutParameter(request.query, "token");
+  Answer answer;
+  answer.status = 303;
+  answer.headers = {{"Location", (query.empty() ? "/" : "/?") + query},
+                    {"Cache-Control", "no-store"},
+                    {"Set-Cookie", context.access.cookieName() + "=" + token + "; Path=/; HttpOnly; SameSite=Strict" +
+                                       (context.tls ? "; Secure" : "")}};
+  return answer;
 }
 
 Answer answerPage(Context& context, const Request& request) {
+  if (auto redirection = takeToken(context, request))
+    return *redirection;
   Answer answer;
   answer.headers = {{"Content-Security-Policy", std::string(kContentSecurityPolicy)}};
-  addCookie(context, request, answer);
   if (!context.page.present() && request.path == "/") {
     answer.type = "text/html; charset=utf-8";
     answer.body = kNoPage;
     return answer;
   }
-  const auto file = context.page.find(request.path);
+  const auto file = context.page.find(request.path, request.gzip);
   if (!file)
     return refuse(context, 404, "not found: " + request.path.substr(0, 100));
   answer.type = file->type;
   answer.headers.emplace_back("ETag", file->etag);
+  answer.headers.emplace_back("Vary", "Accept-Encoding");
+  if (file->compressed)
+    answer.headers.emplace_back("Content-Encoding", "gzip");
   answer.headers.emplace_back("Cache-Control", file->lasting ? "public, max-age=31536000, immutable" : "no-cache");
   if (request.known_etag == file->etag) {
     answer.status = 304;

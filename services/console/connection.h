@@ -275,6 +275,8 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
     const auto& message = parser_->get();
     Request request = requestOf(message);
     request.address = addressOf(beast::get_lowest_layer(stream_), false);
+    if (!request.repeated.empty())
+      return send(refuse(context_, 400, request.repeated + ": found it more than once, expected it once"), false);
     const bool known = context_.access.judge(request.access_headers).role.has_value();
     if (known)
       unauthenticated_.leave();

@@ -40,8 +40,10 @@ struct Context {
 /** The parts of a request that an answer depends on. */
 struct Request {
   bool head = false, get = false;
+  bool gzip = false;  ///< the client accepts compressed contents
   std::string path, query, known_etag;
-  std::string address;  ///< of the client
+  std::string repeated;  ///< header or parameter that the request has twice; empty: none
+  std::string address;   ///< of the client
   AccessHeaders access_headers;
 };
 

@@ -4,7 +4,9 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <map>
+#include <vector>
 
 namespace tandem::console {
 namespace {
@@ -38,7 +40,37 @@ bool isPlain(std::string_view path) {
          path.find("//") == std::string_view::npos;
 }
 
+/// "a, b;q=0.5" -> each part without spaces.
+std::vector<std::string> partsOf(std::string_view list, char separator) {
+  std::vector<std::string> parts;
+  for (std::size_t begin = 0; begin <= list.size();) {
+    const std::size_t end = std::min(list.find(separator, begin), list.size());
+    std::string& part = parts.emplace_back(list.substr(begin, end - begin));
+    std::erase_if(part, [](char c) { return c == ' ' || c == '\t'; });
+    begin = end + 1;
+  }
+  return parts;
+}
+
+std::optional<struct stat> statusOf(const fs::path& file) {
+  struct stat about {};
+  return stat(file.c_str(), &about) == 0 && S_ISREG(about.st_mode) ? std::optional(about) : std::nullopt;
+}
+
+bool isOlder(const timespec& one, const timespec& other) {
+  return one.tv_sec != other.tv_sec ? one.tv_sec < other.tv_sec : one.tv_nsec < other.tv_nsec;
+}
+
 }  // namespace
+
+bool acceptsGzip(std::string_view accept_encoding) {
+  for (const std::string& entry : partsOf(accept_encoding, ',')) {
+    const std::vector<std::string> words = partsOf(entry, ';');
+    if (words[0] == "gzip" || words[0] == "*")
+      return words.size() < 2 || !words[1].starts_with("q=") || std::strtod(words[1].c_str() + 2, nullptr) > 0.0;
+  }
+  return false;
+}
 
 Page::Page(const fs::path& folder) {
   std::error_code ignored;
@@ -46,20 +78,26 @@ Page::Page(const fs::path& folder) {
     folder_ = fs::canonical(folder, ignored);
 }
 
-std::optional<PageFile> Page::find(std::string_view path) const {
+std::optional<PageFile> Page::find(std::string_view path, bool gzip) const {
   if (!present() || !isPlain(path))
     return std::nullopt;
   const std::string name = path == "/" ? "/index.html" : std::string(path);
   std::error_code error;
   // Symbolic links may point outside the folder.
   const fs::path file = fs::canonical(folder_ / name.substr(1), error);
-  struct stat about {};
-  if (error || !file.string().starts_with(folder_.string() + "/") || stat(file.c_str(), &about) != 0 ||
-      !S_ISREG(about.st_mode))
+  auto about = error ? std::nullopt : statusOf(file);
+  if (!about || !file.string().starts_with(folder_.string() + "/"))
     return std::nullopt;
-  const std::string etag = "\"" + std::to_string(about.st_mtim.tv_sec) + "." + std::to_string(about.st_mtim.tv_nsec) +
-                           "-" + std::to_string(about.st_size) + "\"";
-  return PageFile{file, typeOf(file), etag, name.starts_with("/assets/")};
+  PageFile found{file, typeOf(file), "", name.starts_with("/assets/")};
+  const auto copy = gzip ? statusOf(file.string() + ".gz") : std::nullopt;
+  if (copy && !isOlder(copy->st_mtim, about->st_mtim)) {
+    found.path += ".gz";
+    found.compressed = true;
+    about = copy;
+  }
+  found.etag = "\"" + std::to_string(about->st_mtim.tv_sec) + "." + std::to_string(about->st_mtim.tv_nsec) + "-" +
+               std::to_string(about->st_size) + (found.compressed ? "-gzip" : "") + "\"";
+  return found;
 }
 
 const std::string_view kNoPage = R"(<!doctype html>

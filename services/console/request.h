@@ -10,6 +10,15 @@
 
 namespace tandem::console {
 
+/// A header that decides on access and of which the request has two: one reader takes the first, another one the last.
+inline std::string repeatedHeader(const boost::beast::http::request<boost::beast::http::empty_body>& message) {
+  for (const char* name : {"Host", "Origin", "Sec-Fetch-Site", "Authorization", "Cookie"}) {
+    if (message.count(name) > 1)
+      return std::string("header ") + name;
+  }
+  return {};
+}
+
 inline Request requestOf(const boost::beast::http::request<boost::beast::http::empty_body>& message) {
   using boost::beast::http::field;
   const auto text = [&](auto name) {
@@ -23,6 +32,10 @@ inline Request requestOf(const boost::beast::http::request<boost::beast::http::e
   const auto mark = target.find('?');
   request.path = target.substr(0, mark);
   request.query = mark == std::string::npos ? "" : target.substr(mark + 1);
+  request.repeated = repeatedHeader(message);
+  if (const auto parameter = repeatedParameter(request.query); request.repeated.empty() && parameter.data() != nullptr)
+    request.repeated = "parameter " + std::string(parameter.substr(0, 40));
+  request.gzip = acceptsGzip(text(field::accept_encoding));
   request.known_etag = text(field::if_none_match);
   request.access_headers = {text(field::host),          text(field::origin), text("Sec-Fetch-Site"),
                             text(field::authorization), text(field::cookie), request.query};

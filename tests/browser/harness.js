@@ -3,6 +3,7 @@
 "use strict";
 const assert = require("node:assert");
 const { spawn, spawnSync } = require("node:child_process");
+const fs = require("node:fs");
 const net = require("node:net");
 const path = require("node:path");
 const readline = require("node:readline");
@@ -40,6 +41,15 @@ class Server {
     this.process.kill(signal);
     await this.ended;
   }
+}
+
+/** A second server at a port of its own, with a changed copy of the deployment file. */
+async function serve(setting, name, change) {
+  const deployment = path.join(path.dirname(setting.deployment), `${name}.yaml`);
+  fs.writeFileSync(deployment, change(fs.readFileSync(setting.deployment, "utf8")));
+  const server = new Server({ ...setting, deployment, port: setting.spare });
+  await server.start();
+  return server;
 }
 
 /** A proxy in front of the server that holds back what the server sends for `delay` ms, in order. */
@@ -270,4 +280,4 @@ class Operator {
 
 const differing = (a, b) => a.grey.reduce((count, value, k) => count + (Math.abs(value - b.grey[k]) > 60 ? 1 : 0), 0);
 
-module.exports = { Operator, Robot, Server, SlowLink, differing, monotonic };
+module.exports = { Operator, Robot, Server, SlowLink, differing, monotonic, serve };

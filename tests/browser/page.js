@@ -327,6 +327,7 @@ async function main() {
     ...require("./hands.js")({ robot: () => robot, me: () => me, enable, shot, setting }),
     ...require("./layout.js")(tools),
     ...require("./reasons.js")(tools),
+    ...require("./access.js")(tools),
     ...require("./log.js")(tools),
     ...(only.includes("situations") ? require("./situations.js")(tools) : {}),
     ...require("./ends.js")(tools),

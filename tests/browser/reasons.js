@@ -2,20 +2,10 @@
 // Scenes of what cannot be done, with the reason, and of what is said to be done.
 "use strict";
 const assert = require("node:assert");
-const fs = require("node:fs");
-const path = require("node:path");
-const { Server, monotonic } = require("./harness.js");
+const { monotonic, serve } = require("./harness.js");
 
 module.exports = ({ robot, me, setting, takeControl, enable, run, shot, open }) => {
   const page = () => me().page;
-  /** A second server with another deployment file, at a port of its own. */
-  async function serve(name, change) {
-    const deployment = path.join(path.dirname(setting.deployment), `${name}.yaml`);
-    fs.writeFileSync(deployment, change(fs.readFileSync(setting.deployment, "utf8")));
-    const server = new Server({ ...setting, deployment, port: setting.spare });
-    await server.start();
-    return server;
-  }
   /** Waits until a control is disabled, and its reason can be read on the page, not only in a tooltip. */
   async function refused(selector, reason, where) {
     await page().waitForFunction(
@@ -55,7 +45,7 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, shot, open }) 
     },
 
     async "trajectories and modes that need two arms cannot be chosen where there is one"() {
-      const server = await serve("one-arm", (text) =>
+      const server = await serve(setting, "one-arm", (text) =>
         text.replace(/^robot: .*$/m, `robot: ${setting.one_arm}`).replace(/^prefix: .*$/m, "prefix: alone"),
       );
       const context = await me()
@@ -82,37 +72,6 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, shot, open }) 
         await context.close();
         await server.kill("SIGTERM");
       }
-    },
-
-    async "a viewer sees why nothing can be commanded, and can stop"() {
-      const folder = path.dirname(setting.deployment);
-      const tokens = ["operator", "viewer"].map((role) => {
-        const token = `${role}-`.padEnd(40, "x");
-        fs.writeFileSync(path.join(folder, `${role}.token`), token, { mode: 0o600 });
-        return token;
-      });
-      const server = await serve("viewed", (text) =>
-        text
-          .replace(/^console:.*$/m, "")
-          .concat(`console: {port: ${setting.spare}, operator_token: operator.token, viewer_token: viewer.token}\n`),
-      );
-      try {
-        const viewer = await open(`${server.url}/?token=${tokens[1]}`);
-        const enabled = await viewer.page.$$eval(
-          "button:not(#stop, [role=tab], [data-camera], .small, #sound, #acknowledge, #log-export)",
-          (all) => all.filter((b) => b.getAttribute("aria-disabled") !== "true").map((b) => b.id || b.textContent),
-        );
-        assert.deepStrictEqual(enabled, [], "a viewer has buttons that do nothing");
-        await viewer.text("#panel-0 .reasons", /Viewer: this page can read and stop, but not command/);
-        await enable();
-        await viewer.page.keyboard.press("Escape");
-        await robot().until("stop for a viewer", (s) => s.arms.every((arm) => /stop_requested/.test(arm.faults)));
-        await viewer.text("#stop-note", /confirmed after/);
-        await viewer.page.context().close();
-      } finally {
-        await server.kill("SIGTERM");
-      }
-      await enable();
     },
 
     async "a value that is set is shown after a reload, and on other pages"() {

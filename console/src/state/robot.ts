@@ -113,9 +113,13 @@ export function parametersOf(robot: Robot, method: string): Parameter[] {
   ];
 }
 
-/** @throw Error with the address and the reply. */
+/** The server requires a token, and the browser has none, or another one. The message is the server's. */
+export class TokenRequired extends Error {}
+
+/** @throw TokenRequired, or Error with the address and the reply. */
 export async function fetchJson<T>(path: string): Promise<T> {
-  const answer = await fetch(path + window.location.search, { cache: "no-store" });
+  const answer = await fetch(path, { cache: "no-store" });
+  if (answer.status === 401) throw new TokenRequired(((await answer.json()) as { error: string }).error);
   if (!answer.ok) throw new Error(`${path}: the server replied ${answer.status} ${answer.statusText}`);
   return (await answer.json()) as T;
 }

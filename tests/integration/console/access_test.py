@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
 """Access to tandem-console: TLS, tokens, roles, and DDS Security behind it."""
+import json
 import os
 import socket
 import ssl
@@ -126,7 +127,7 @@ class Tokens(ConsoleTest):
         self.assertIn("not advertised, or its advertisement was refused", viewer.text("status")["message"])
         viewer.publish(f"/{self.prefix}/stop", "tandem_msgs/msg/Stop", wire.cdr_stop(7, "enough"), 2)
         self.assertIn("no subscriber", viewer.text("status")["message"], "it was carried; there is no robot")
-        operator = wire.WebSocket(self.port, self.tls, Cookie=f"a=b; tandem_token={OPERATOR}")
+        operator = wire.WebSocket(self.port, self.tls, Cookie=f"a=b; tandem_token_{self.port}={OPERATOR}")
         self.addCleanup(operator.close)
         operator.greet()
         operator.publish(f"/{self.prefix}/control/request", "tandem_msgs/msg/ControlRequest", wire.cdr_control_request(1, 7, 1))
@@ -134,9 +135,20 @@ class Tokens(ConsoleTest):
         self.assertEqual(wire.api(self.port, "stats", self.tls, Authorization=f"Bearer {OPERATOR}")["published"], 2)
 
     def cookie(self):
-        _, headers, _ = wire.get(self.port, f"/?token={VIEWER}", self.tls)
-        self.assertRegex(headers["Set-Cookie"], f"^tandem_token={VIEWER}; Path=/; HttpOnly; SameSite=Strict; Secure$")
-        self.assertNotIn("Set-Cookie", wire.get(self.port, "/?token=wrong-token-0123456789", self.tls)[1])
+        """The browser keeps a valid token as a cookie, and goes to the address without it; also by a link of another site."""
+        cookie = f"^tandem_token_{self.port}={VIEWER}; Path=/; HttpOnly; SameSite=Strict; Secure$"
+        for path, site, then in ((f"/?token={VIEWER}", "none", "/"), (f"/?a=b&token={VIEWER}&c", "cross-site", "/?a=b&c")):
+            status, headers, _ = wire.get(self.port, path, self.tls, Sec_Fetch_Site=site)
+            self.assertEqual((status, headers["Location"], headers["Cache-Control"]), (303, then, "no-store"))
+            self.assertRegex(headers["Set-Cookie"], cookie)
+        for path in ("/?token=wrong-token-0123456789", f"//evil.example/?token={VIEWER}", f"/index.html?token={VIEWER}"):
+            status, headers, _ = wire.get(self.port, path, self.tls)
+            self.assertNotEqual(status, 303)
+            self.assertNotIn("Set-Cookie", headers)
+        status, headers, body = wire.get(self.port, "/api/robot", self.tls)
+        self.assertEqual((status, headers["WWW-Authenticate"]), (401, "Bearer"))
+        for step in ("requires a token", "viewer_token", "/?token=TOKEN", "Authorization: Bearer TOKEN"):
+            self.assertIn(step, json.loads(body)["error"])
 
     def test_what_is_not_good_is_refused(self):
         (self.folder / "open").write_text(OPERATOR)

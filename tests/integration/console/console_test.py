@@ -153,6 +153,7 @@ class Hostile(ConsoleTest):
         """One robot for all cases: starting it takes most of the time."""
         slow = self.begin_slow()
         self.origins_and_hosts()
+        self.duplicates()
         self.paths()
         self.fuzzed_requests()
         self.fuzzed_frames()
@@ -182,6 +183,24 @@ class Hostile(ConsoleTest):
             wire.WebSocket(self.port, subprotocol="chat")
         self.assertEqual(refused.exception.status, 400)
         wire.WebSocket(self.port, Origin=f"http://localhost:{self.port}").close()
+
+    def duplicates(self):
+        """Two values for what decides on access: another reader on the way could take the other one."""
+        here = f"Host: localhost:{self.port}"
+        for path, lines in (("/healthz", (here, here)), ("/healthz", (here, "host: evil.example")), ("/", (here, here)),
+                            ("/api/robot", (here, "Origin: http://evil.example", f"Origin: http://localhost:{self.port}")),
+                            ("/api/robot", (here, "Authorization: Bearer a", "Authorization: Bearer b")),
+                            ("/api/robot", (here, "Cookie: a=b", "Cookie: a=c")),
+                            ("/api/robot?token=a&token=b", (here,)), ("/?rate=1&a&rate=2", (here,)),
+                            ("/healthz", (here, "Content-Length: 0", "Content-Length: 5")),
+                            ("/healthz", (here, "Content-Length: 0", "Transfer-Encoding: chunked"))):
+            upgrade = ("Upgrade: websocket", "Connection: Upgrade", "Sec-WebSocket-Version: 13",
+                       "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==", f"Sec-WebSocket-Protocol: {wire.SUBPROTOCOLS[0]}")
+            for more in ((), upgrade):
+                with wire.connect(self.port) as connection:
+                    connection.sendall("\r\n".join((f"GET {path} HTTP/1.1", *lines, *more, "", "")).encode())
+                    answer = wire.read_all(connection)
+                self.assertIn(b" 400 ", answer[:20], (path, lines, answer[:300]))
 
     def paths(self):
         for path in ("/../etc/passwd", "/..%2f..%2fetc/passwd", "/api/../etc", "/api/nothing", "/.git/config", "//etc/passwd"):

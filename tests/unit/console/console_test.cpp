@@ -1,43 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The console without sockets: protocol, queue, access control, files of the page, markers. */
+/** @file The console without sockets: protocol, queue, markers. */
 #include <gtest/gtest.h>
-#include <sys/stat.h>
 
 #include <cstring>
-#include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <random>
 
-#include "services/console/access.h"
 #include "services/console/client_queue.h"
 #include "services/console/markers.h"
-#include "services/console/page.h"
 #include "services/console/protocol.h"
 
 namespace tandem::console {
 namespace {
-
-namespace fs = std::filesystem;
-
-/** A temporary folder, removed with the test. */
-class Folder {
- public:
-  Folder() {
-    std::string name = (fs::temp_directory_path() / "tandem-console-XXXXXX").string();
-    path_ = mkdtemp(name.data());
-  }
-  ~Folder() { fs::remove_all(path_); }
-  fs::path write(const std::string& name, const std::string& text, mode_t mode = 0600) const {
-    fs::create_directories((path_ / name).parent_path());
-    std::ofstream(path_ / name) << text;
-    chmod((path_ / name).c_str(), mode);
-    return path_ / name;
-  }
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 TEST(Protocol, BothNamesOfTheSubprotocol) {
   EXPECT_EQ(chooseSubprotocol("foxglove.websocket.v1"), "foxglove.websocket.v1");
@@ -198,116 +173,6 @@ TEST(Queue, ForgetsAChannel) {
   EXPECT_EQ(*queue.pop()->payload, "b");
   EXPECT_FALSE(queue.pop());
   EXPECT_TRUE(queue.push(1, false, frame("c"))) << "it was empty";
-}
-
-config::Console withTokens(const Folder& folder) {
-  config::Console console;
-  console.operator_token = folder.write("operator", "operator-token-0123456789\n");
-  console.viewer_token = folder.write("viewer", "viewer-token-0123456789");
-  console.origins = {"https://Tools.example:8443"};
-  return console;
-}
-
-TEST(AccessRules, HostsAndOrigins) {
-  const Access access(config::Console{.origins = {"https://tools.example:8443"}}, false, {"Lab-PC"});
-  for (const char* host : {"localhost", "LOCALHOST:8765", "127.0.0.1:8765", "10.1.2.3", "[::1]:8765", "lab-pc:1",
-                           "lab-pc.local", "tools.example"})
-    EXPECT_TRUE(access.knowsHost(host)) << host;
-  for (const char* host : {"", "evil.example", "localhost.evil.example", "127.0.0.1.evil.example:8765", "127.0.0.1x",
-                           "1.2.3", "[::1", "[evil]", "lab-pc.evil"})
-    EXPECT_FALSE(access.knowsHost(host)) << host;
-  const auto known = [&](const char* origin) { return access.knowsOrigin(origin, "localhost:8765"); };
-  EXPECT_TRUE(known("http://localhost:8765"));
-  EXPECT_TRUE(known("http://LOCALHOST:8765"));
-  EXPECT_TRUE(known("https://tools.example:8443"));
-  EXPECT_TRUE(known("file://"));
-  for (const char* origin : {"null", "http://localhost", "https://localhost:8765", "http://localhost:8766",
-                             "http://localhost:8765.evil.example", "https://tools.example", "http://evil.example",
-                             "http://localhost:8765/", "file://evil"})
-    EXPECT_FALSE(known(origin)) << origin;
-}
-
-TEST(AccessRules, WithoutTokensThisMachineCommands) {
-  const Access access(config::Console{}, false, {});
-  AccessHeaders here{.host = "localhost:8765"};
-  EXPECT_EQ(access.judge(here).role, dds::Role::kConsoleOperator);
-  here.origin = "http://localhost:8765";
-  EXPECT_EQ(access.judge(here).role, dds::Role::kConsoleOperator);
-  here.origin = "http://evil.example";
-  EXPECT_EQ(access.judge(here).status, 403);
-  EXPECT_EQ(access.judge({.host = "evil.example:8765"}).status, 403);
-  EXPECT_EQ(access.judge({.host = "localhost", .fetch_site = "cross-site"}).status, 403);
-}
-
-TEST(AccessRules, TokensInEveryPlace) {
-  const Folder folder;
-  const Access access(withTokens(folder), true, {});
-  const std::string commands = "operator-token-0123456789", looks = "viewer-token-0123456789";
-  const auto judge = [&](const AccessHeaders& headers) { return access.judge(headers); };
-  EXPECT_EQ(judge({.host = "localhost", .query = "a=b&token=" + commands}).role, dds::Role::kConsoleOperator);
-  EXPECT_TRUE(judge({.host = "localhost", .query = "token=" + commands}).show_cookie);
-  EXPECT_EQ(judge({.host = "localhost", .bearer = "Bearer " + looks}).role, dds::Role::kConsoleViewer);
-  EXPECT_EQ(judge({.host = "localhost", .cookie = "x=1; tandem_token=" + looks}).role, dds::Role::kConsoleViewer);
-  for (const std::string& wrong : {std::string(), commands + "x", commands.substr(1), looks + looks,
-                                   std::string(5000, 'o'), std::string("operator-token-012345678\0", 25)}) {
-    const AccessDecision decision = judge({.host = "localhost", .query = "token=" + wrong});
-    EXPECT_EQ(decision.role, std::nullopt) << wrong.substr(0, 40);
-    EXPECT_EQ(decision.status, 401);
-    EXPECT_EQ(decision.why.find(commands), std::string::npos) << "the token is commanded to nobody";
-  }
-  EXPECT_EQ(judge({.host = "localhost", .query = "xtoken=" + commands}).status, 401);
-}
-
-TEST(AccessRules, InvalidTokenFilesAreRefused) {
-  const Folder folder;
-  const auto refusal = [](const config::Console& console, bool secured) -> std::string {
-    try {
-      const Access access(console, secured, {});
-      return "";
-    } catch (const std::invalid_argument& error) {
-      return error.what();
-    }
-  };
-  const auto names = [](const std::string& text, const char* part) { return text.find(part) != std::string::npos; };
-  EXPECT_TRUE(names(refusal({}, true), "console.operator_token: is missing"));
-  EXPECT_TRUE(names(refusal({.address = "10.0.0.1"}, false), "console.operator_token: is missing"));
-  config::Console console = withTokens(folder);
-  EXPECT_EQ(refusal(console, true), "");
-  console.operator_token = folder.write("open", "operator-token-0123456789", 0644);
-  EXPECT_TRUE(names(refusal(console, false), "by mode 0600"));
-  console.operator_token = folder.write("short", "short");
-  EXPECT_TRUE(names(refusal(console, false), "expected 16 to 256"));
-  console.operator_token = folder.write("spaces", "operator token 0123456789");
-  EXPECT_TRUE(names(refusal(console, false), "spaces: expected 16 to 256 letters"));
-  console.operator_token = folder.path() / "nowhere";
-  EXPECT_TRUE(names(refusal(console, false), "nowhere: cannot be opened"));
-  console = withTokens(folder);
-  console.viewer_token = console.operator_token;
-  EXPECT_TRUE(names(refusal(console, false), "console.viewer_token: found the same text"));
-}
-
-TEST(PageFiles, NothingOutsideTheFolder) {
-  const Folder folder;
-  folder.write("page/index.html", "<html>");
-  folder.write("page/assets/a-1.js", "1");
-  folder.write("page/.hidden", "no");
-  folder.write("secret.txt", "no");
-  fs::create_symlink(folder.path() / "secret.txt", folder.path() / "page/link.txt");
-  const Page page(folder.path() / "page");
-  ASSERT_TRUE(page.present());
-  EXPECT_EQ(page.find("/")->type, "text/html; charset=utf-8");
-  EXPECT_EQ(page.find("/assets/a-1.js")->type, "text/javascript; charset=utf-8");
-  EXPECT_TRUE(page.find("/assets/a-1.js")->lasting);
-  const std::string before = page.find("/index.html")->etag;
-  folder.write("page/index.html", "<html><body>");
-  EXPECT_NE(page.find("/index.html")->etag, before);
-  for (const char* path :
-       {"", "index.html", "/../secret.txt", "/assets/../../secret.txt", "/%2e%2e/secret.txt", "/link.txt", "/.hidden",
-        "/assets", "/assets/", "//etc/passwd", "/nothing", "/index.html/x", "/..\\secret.txt"})
-    EXPECT_FALSE(page.find(path)) << path;
-  EXPECT_FALSE(page.find(std::string("/index.html\0", 12)));
-  EXPECT_FALSE(Page(folder.path()).present()) << "no index.html";
-  EXPECT_FALSE(Page("").find("/"));
 }
 
 TEST(Marking, EveryPointOfTheShapeIsDrawn) {
