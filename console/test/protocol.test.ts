@@ -42,7 +42,10 @@ test("text: operations, or nothing", () => {
 test("what the page sends is what the protocol says", () => {
   const frame = new Uint8Array(publishFrame(9, Uint8Array.of(5, 6)));
   expect([...frame]).toEqual([1, 9, 0, 0, 0, 5, 6]);
-  expect(JSON.parse(subscribeText(3, 4))).toEqual({ op: "subscribe", subscriptions: [{ id: 3, channelId: 4 }] });
+  expect(JSON.parse(subscribeText(3, 4, 20))).toEqual({
+    op: "subscribe",
+    subscriptions: [{ id: 3, channelId: 4, rate: 20 }],
+  });
   expect(JSON.parse(advertiseText(1, "/t", "a/msg/B", "uint8 x"))).toMatchObject({
     channels: [{ encoding: "cdr", schemaEncoding: "ros2msg" }],
   });

@@ -64,7 +64,7 @@ std::optional<double> rateOf(std::string_view query) {
     return 0.0;
   char* end = nullptr;
   const double rate = std::strtod(text.c_str(), &end);
-  return *end == '\0' && rate >= 0.1 && rate <= 1000.0 ? std::optional(rate) : std::nullopt;
+  return *end == '\0' && rate >= kLeastRate && rate <= kMostRate ? std::optional(rate) : std::nullopt;
 }
 
 Answer refuse(Context& context, int status, const std::string& why) {

@@ -299,7 +299,7 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
                   false);
     const auto rate = rateOf(request.query);
     if (!rate)
-      return send(refuse(context_, 400, "rate: expected a number from 0.1 to 1000 samples per second"), false);
+      return send(refuse(context_, 400, kExpectedRate), false);
     const auto socket =
         std::make_shared<WebSocket<Stream>>(std::move(stream_), context_, std::move(counter_), *decision.role, *rate);
     socket->start(message, *subprotocol);

@@ -74,20 +74,37 @@ void Hub::onSample(Line& line, std::uint32_t channel, std::string_view bytes) {
   const std::lock_guard lock(line.mutex);
   if (line.subscribers.empty() && !line.latched)
     return;
-  const auto payload = std::make_shared<const std::string>(bytes);
+  const HubSample sample{std::make_shared<const std::string>(bytes), now};
+  std::optional<SampleFeatures> features;
   for (Subscriber& subscriber : line.subscribers) {
-    const std::uint64_t interval = line.may_lose ? subscriber.client->interval_ : 0;
-    // The interval check also keeps a clock that was set back from blocking samples.
-    if (now < subscriber.due && subscriber.due - now <= interval)
-      continue;
-    subscriber.due = std::max(subscriber.due, now > interval ? now - interval : 0) + interval;
-    if (subscriber.client->queue().push(channel, line.may_lose,
-                                        {false, messageHeader(subscriber.subscription, now), payload}))
-      subscriber.client->wake_();
+    if (subscriber.decimation.limited() && !features)
+      features = featuresOf(line.topic.type, bytes);
+    send(line, channel, subscriber, subscriber.decimation.take(sample, features.value_or(SampleFeatures{})));
   }
   if (line.latched) {
-    line.last = payload;
+    line.last = sample.bytes;
     line.last_time = now;
+  }
+}
+
+void Hub::send(const Line& line,
+               std::uint32_t channel,
+               const Subscriber& subscriber,
+               const std::vector<HubSample>& samples) {
+  for (const HubSample& sample : samples) {
+    if (subscriber.client->queue().push(channel, line.may_lose,
+                                        {false, messageHeader(subscriber.subscription, sample.time), sample.bytes}))
+      subscriber.client->wake_();
+  }
+}
+
+void Hub::look() {
+  const auto now = static_cast<std::uint64_t>(runtime::wallNow());
+  for (std::uint32_t channel = 0; channel < lines_.size(); ++channel) {
+    Line& line = *lines_[channel];
+    const std::lock_guard lock(line.mutex);
+    for (Subscriber& subscriber : line.subscribers)
+      send(line, channel, subscriber, subscriber.decimation.look(now));
   }
 }
 
@@ -103,7 +120,8 @@ void Hub::leave(const std::shared_ptr<Client>& client) {
   std::erase(clients_, client);
 }
 
-void Hub::subscribe(const std::shared_ptr<Client>& client, std::uint32_t subscription, std::uint32_t channel) {
+void Hub::subscribe(const std::shared_ptr<Client>& client, const Subscription& wanted) {
+  const auto [subscription, channel, rate] = wanted;
   const std::string id = "subscribe/" + std::to_string(subscription);
   if (channel >= lines_.size())
     return client->note(StatusLevel::kError, "channel " + std::to_string(channel) + ": unknown", id);
@@ -113,11 +131,13 @@ void Hub::subscribe(const std::shared_ptr<Client>& client, std::uint32_t subscri
         lines_[channel]->name + ": already subscribed; expected one subscription per channel, each with its own number",
         id);
   Line& line = *lines_[channel];
+  const double limit = line.may_lose ? rate.value_or(client->rate_) : 0.0;
   client->channels_[subscription] = channel;
   client->subscriptions_[channel] = subscription;
   {
     const std::lock_guard lock(line.mutex);
-    line.subscribers.push_back({subscription, client});
+    line.subscribers.push_back(
+        {subscription, client, Decimation(limit > 0.0 ? static_cast<std::uint64_t>(1e9 / limit) : 0)});
     // An existing reader has already received the last sample.
     if (line.last &&
         client->queue().push(channel, line.may_lose, {false, messageHeader(subscription, line.last_time), line.last}))
@@ -186,8 +206,8 @@ void Hub::advertise(const std::shared_ptr<Client>& client, const Advertise::Topi
 void Hub::onText(const std::shared_ptr<Client>& client, std::string_view frame) {
   const ClientText said = parseText(frame);
   if (const auto* wanted = std::get_if<Subscribe>(&said)) {
-    for (const auto& [subscription, channel] : wanted->subscriptions)
-      subscribe(client, subscription, channel);
+    for (const Subscription& subscription : wanted->subscriptions)
+      subscribe(client, subscription);
   } else if (const auto* unwanted = std::get_if<Unsubscribe>(&said)) {
     for (const std::uint32_t subscription : unwanted->ids)
       unsubscribe(client, subscription);

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "services/console/client_queue.h"
+#include "services/console/decimation.h"
 #include "services/console/protocol.h"
 #include "services/dds/raw.h"
 #include "services/dds/roles.h"
@@ -22,10 +23,9 @@ namespace tandem::console {
 /** One client of the hub. */
 class Client {
  public:
-  /// @param rate  maximum samples per second of a best-effort topic; 0: all
+  /// @param rate  maximum samples per second of a best-effort topic, unless its subscription has a rate; 0: all
   /// @param wake  called on any thread when the queue becomes non-empty
-  Client(dds::Role role, double rate, std::function<void()> wake)
-      : role_(role), interval_(rate > 0.0 ? static_cast<std::uint64_t>(1e9 / rate) : 0), wake_(std::move(wake)) {}
+  Client(dds::Role role, double rate, std::function<void()> wake) : role_(role), rate_(rate), wake_(std::move(wake)) {}
 
   dds::Role role() const { return role_; }
   ClientQueue& queue() { return queue_; }
@@ -37,7 +37,7 @@ class Client {
  private:
   friend class Hub;
   dds::Role role_;
-  std::uint64_t interval_;  ///< ns
+  double rate_;
   std::function<void()> wake_;
   ClientQueue queue_;
   std::map<std::uint32_t, std::uint32_t> channels_;       ///< channel by subscription
@@ -62,6 +62,8 @@ class Hub {
   void onText(const std::shared_ptr<Client>& client, std::string_view frame);
   void onBinary(const std::shared_ptr<Client>& client, std::string_view frame);
 
+  /// Sends the last samples of topics of which no newer ones have come. Called about ten times a second.
+  void look();
   /// Reports to clients the samples that their queues have dropped since the last call. Called about once a second.
   void reportDropped();
 
@@ -75,7 +77,7 @@ class Hub {
   struct Subscriber {
     std::uint32_t subscription;
     std::shared_ptr<Client> client;
-    std::uint64_t due = 0;  ///< time before which samples of a topic that may lose some are skipped, ns
+    Decimation decimation;
   };
   /** One topic. */
   struct Line {
@@ -93,7 +95,11 @@ class Hub {
 
   void open(std::uint32_t channel);
   void onSample(Line& line, std::uint32_t channel, std::string_view bytes);
-  void subscribe(const std::shared_ptr<Client>& client, std::uint32_t subscription, std::uint32_t channel);
+  void send(const Line& line,
+            std::uint32_t channel,
+            const Subscriber& subscriber,
+            const std::vector<HubSample>& samples);
+  void subscribe(const std::shared_ptr<Client>& client, const Subscription& wanted);
   void unsubscribe(const std::shared_ptr<Client>& client, std::uint32_t subscription);
   void detach(const std::shared_ptr<Client>& client, std::uint32_t channel);
   void advertise(const std::shared_ptr<Client>& client, const Advertise::Topic& wanted);

@@ -59,6 +59,15 @@ std::vector<std::uint32_t> numbers(const Json& object, const char* key) {
   return found;
 }
 
+std::optional<double> rate(const Json& subscription) {
+  const auto found = subscription.find("rate");
+  if (found == subscription.end())
+    return std::nullopt;
+  if (!found->is_number() || found->get<double>() < kLeastRate || found->get<double>() > kMostRate)
+    throw std::invalid_argument(kExpectedRate);
+  return found->get<double>();
+}
+
 ClientText parse(std::string_view frame) {
   if (frame.size() > kMaxClientText)
     throw std::invalid_argument("WebSocket message: found " + std::to_string(frame.size()) +
@@ -71,7 +80,7 @@ ClientText parse(std::string_view frame) {
     Subscribe request;
     for (const Json& entry : list(json, "subscriptions")) {
       const std::uint32_t id = number(member(entry, "id"), "id");
-      request.subscriptions.emplace_back(id, number(member(entry, "channelId"), "channelId"));
+      request.subscriptions.push_back({id, number(member(entry, "channelId"), "channelId"), rate(entry)});
     }
     return request;
   }

@@ -45,9 +45,20 @@ using MessageHeader = std::array<unsigned char, kMessageHeader>;
 /// @param subscription  id chosen by the client @param time  of reception of the sample, ns since the epoch
 MessageHeader messageHeader(std::uint32_t subscription, std::uint64_t time);
 
+/// Permitted rates, samples per second.
+inline constexpr double kLeastRate = 0.1, kMostRate = 1000.0;
+inline constexpr const char* kExpectedRate = "rate: expected a number from 0.1 to 1000 samples per second";
+
 /** Requests of a client in text frames. */
+struct Subscription {
+  std::uint32_t id = 0, channel = 0;
+  /// Maximum samples per second of a best-effort topic: `rate`, an addition to the protocol. Empty: that of the
+  /// connection.
+  std::optional<double> rate = {};
+  bool operator==(const Subscription&) const = default;
+};
 struct Subscribe {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> subscriptions;  ///< (id, channel)
+  std::vector<Subscription> subscriptions;
 };
 struct Unsubscribe {
   std::vector<std::uint32_t> ids;

@@ -106,6 +106,7 @@ struct Server::Impl {
         session->look();
       context.hub.reportDropped();
     }
+    context.hub.look();
     if (end = tick(); !end.empty())
       return io.stop();
     timer.expires_after(kTick);

@@ -49,6 +49,11 @@ class Situations(Operated):
         self.operate("page.js", "laptop", "situations")
 
 
+class Rates(Operated):
+    def test_the_page_asks_for_the_rates_that_it_draws(self):
+        self.operate("rates.js", "laptop-1khz")
+
+
 class Catheters(Operated):
     def test_catheters_and_what_they_hold(self):
         self.operate("catheters.js", "ablation-pair", robot=system.PRESETS / "cooperative" / "ablation-pair.yaml")

@@ -40,6 +40,10 @@ export interface Taps {
   diagnostics: Listener<DiagnosticArray>[];
 }
 
+// Samples per second. Input of teleoperation names the last status, whose age counts against its budget; counters of the drives are read.
+const kStatusRate = 60;
+const kDrivesRate = 10;
+
 const kParameter = "parameter "; // runtime::kParameterKey
 const kEnded = "ended: "; // runtime::kEnded
 
@@ -66,11 +70,17 @@ export class World {
     readonly server: ServerClock,
   ) {
     const topic = (name: string): string => `/${robot.prefix}/${name}`;
-    this.status = link.subscribe<ControlStatus>(topic("control/status"), (m, time) =>
-      this.taps.status.forEach((f) => f(m, time)),
+    this.status = link.subscribe<ControlStatus>(
+      topic("control/status"),
+      (m, time) => this.taps.status.forEach((f) => f(m, time)),
+      kStatusRate,
     );
     this.permissions = link.subscribe(topic("control/permissions"));
-    this.hal = link.subscribe<HalStatus>(topic("hal/status"), (m, time) => this.taps.hal.forEach((f) => f(m, time)));
+    this.hal = link.subscribe<HalStatus>(
+      topic("hal/status"),
+      (m, time) => this.taps.hal.forEach((f) => f(m, time)),
+      kDrivesRate,
+    );
     this.limits = link.subscribe(topic("actuation/limits"));
     this.reference = link.subscribe(topic("planning/reference"));
     this.path = link.subscribe(topic("planning/path"));

@@ -8,7 +8,10 @@ import type { ServerChannel } from "./protocol";
 
 export type LinkState = "connecting" | "open" | "closed";
 
-/** Latest sample of one topic. Decoded on access, so that a topic of 1 kHz costs no more than the display. */
+/** Samples per second that panels and scene draw. */
+const kDrawnRate = 20;
+
+/** Latest sample of one topic. Decoded on access, so that a topic costs no more than the display. */
 export class Slot {
   /** performance.now() of the last sample; -1: none since the connection. */
   at = -1;
@@ -23,6 +26,7 @@ export class Slot {
   constructor(
     readonly topic: string,
     private readonly listener: ((message: never, time: number) => void) | undefined,
+    readonly rate: number,
     private readonly broken: (why: string) => void,
   ) {}
 
@@ -97,9 +101,10 @@ export class Link {
     private readonly events: LinkEvents,
   ) {}
 
-  /** Before open(). A listener receives every sample, and when the server received it; without one only the latest is decoded. */
-  subscribe<T>(topic: string, listener?: (message: T, time: number) => void): Slot {
-    const slot = new Slot(topic, listener, (why) => this.events.status(2, why));
+  /** Before open(). A listener receives every sample that comes, and when the server received it; without one only the latest is decoded.
+   * @param rate  maximum samples per second of a best-effort topic; between them, samples with events and peaks come (docs/foxglove.md) */
+  subscribe<T>(topic: string, listener?: (message: T, time: number) => void, rate = kDrawnRate): Slot {
+    const slot = new Slot(topic, listener, rate, (why) => this.events.status(2, why));
     this.slots.set(topic, slot);
     return slot;
   }
@@ -227,6 +232,6 @@ export class Link {
     slot.reader = new MessageReader(parse(channel.schema, { ros2: true }));
     const id = this.nextId++;
     this.bySubscription.set(id, slot);
-    this.socket?.send(subscribeText(id, channel.id));
+    this.socket?.send(subscribeText(id, channel.id, slot.rate));
   }
 }

@@ -62,8 +62,9 @@ export function publishFrame(channel: number, payload: Uint8Array): ArrayBuffer 
   return frame;
 }
 
-export const subscribeText = (id: number, channelId: number): string =>
-  JSON.stringify({ op: "subscribe", subscriptions: [{ id, channelId }] });
+/** @param rate  maximum samples per second of a best-effort topic: an addition to the protocol */
+export const subscribeText = (id: number, channelId: number, rate: number): string =>
+  JSON.stringify({ op: "subscribe", subscriptions: [{ id, channelId, rate }] });
 
 export const advertiseText = (id: number, topic: string, schemaName: string, schema: string): string =>
   JSON.stringify({

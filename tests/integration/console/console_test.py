@@ -92,10 +92,37 @@ class Crowd(ConsoleTest):
         states, joints = times.values()
         self.assertGreater(states[-1] - states[1], 0.09 * (len(states) - 2))
         self.assertLess(min(b - a for a, b in zip(joints, joints[1:])), 0.09, "20 a second")
+        self.subscription_rates()
         for wrong in ("0", "-1", "1e9", "fast", "10x"):
             with self.assertRaises(wire.Refused) as refused:
                 wire.WebSocket(self.port, query=f"?rate={wrong}")
             self.assertEqual(refused.exception.status, 400)
+
+    def subscription_rates(self):
+        """A subscription's own rate; at one sample in 10 s, a state that changes comes at once."""
+        peer = self.client(query="?rate=1000")
+        names = [f"/{self.prefix}/{name}" for name in ("actuation/state", "hal/status")]
+        peer.subscribe(names[0], rate=20)
+        peer.subscribe(names[1], rate=0.1)
+        times = {peer.channels[name]: [] for name in names}
+        states, drives = times.values()
+
+        def receive(enough):
+            while not enough():
+                opcode, payload = peer.frame()
+                if opcode == 2:
+                    times[struct.unpack_from("<I", payload, 1)[0]].append(struct.unpack_from("<Q", payload, 5)[0] / 1e9)
+
+        receive(lambda: len(states) > 30 and drives)
+        self.assertGreater(states[-1] - states[1], 0.045 * (len(states) - 2))
+        self.assertLess(len(drives), 5, "nothing happens but that the robot has started")
+        before = len(drives)
+        peer.publish(f"/{self.prefix}/stop", "tandem_msgs/msg/Stop", wire.cdr_stop(7, "enough"), 2)
+        receive(lambda: len(drives) > before)
+        self.assertLess(drives[before] - drives[before - 1], 9.5, "it waited for its interval")
+        for wrong in (0, -1, 1001, "10", None):
+            peer.subscribe(names[0], rate=wrong)
+            self.assertIn("rate: expected a number from 0.1 to 1000", peer.text("status")["message"])
 
     def test_rates_and_close_frame(self):
         robot = self.start_robot()

@@ -142,8 +142,10 @@ class WebSocket:
         self.channels = {channel["topic"]: channel["id"] for channel in self.text("advertise")["channels"]}
         return info
 
-    def subscribe(self, *topics):
-        self.say("subscribe", subscriptions=[{"id": self.channels[topic], "channelId": self.channels[topic]} for topic in topics])
+    def subscribe(self, *topics, **more):
+        """`more`: further members of each subscription."""
+        ids = [self.channels[topic] for topic in topics]
+        self.say("subscribe", subscriptions=[{"id": number, "channelId": number, **more} for number in ids])
 
     def publish(self, topic, schema, payload, number=1):
         self.say("advertise", channels=[{"id": number, "topic": topic, "encoding": "cdr", "schemaName": schema}])
