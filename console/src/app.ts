@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Composition of the page: panels, scene, link events, and one display loop. */
+import type { Announcer } from "./panels/announcer";
 import { Bars } from "./panels/bars";
 import { Charts } from "./panels/charts";
 import type { Context, Panel } from "./panels/context";
@@ -23,6 +24,7 @@ import { Events } from "./state/events";
 import { Orders } from "./state/orders";
 import type { Robot } from "./state/robot";
 import { fetchJson, TokenRequired } from "./state/robot";
+import { onPhone } from "./state/screen";
 import { ServerClock } from "./state/server";
 import { World } from "./state/world";
 import { Devices } from "./teleop/devices";
@@ -51,9 +53,10 @@ export class App {
   constructor(
     private readonly root: HTMLElement,
     robot: Robot,
+    private readonly announcer: Announcer,
     url: string,
   ) {
-    const messages = new LogPanel();
+    const messages = new LogPanel(announcer);
     const link = new Link(url, robot.session, {
       again: () => this.again(),
       state: (state, reason) => this.linked(state, reason),
@@ -102,16 +105,17 @@ export class App {
     const header = new Header(this.c);
     const bars = new Bars(this.c);
     place.append(this.hud.element);
+    const phone = onPhone();
+    root.classList.toggle("phone", phone);
+    const commands: [string, HTMLElement][] = [
+      ["Operate", h("div", {}, operate.element, run.element)],
+      ["Method", method.element],
+      ...(hands ? [["Teleoperate", hands.element] as [string, HTMLElement]] : []),
+    ];
     const side = h(
       "aside.side",
       {},
-      tabs([
-        ["Operate", h("div", {}, operate.element, run.element)],
-        ["Method", method.element],
-        ...(hands ? [["Teleoperate", hands.element] as [string, HTMLElement]] : []),
-        ["Health", this.health.element],
-        ["Log", messages.element],
-      ]),
+      tabs([...(phone ? [] : commands), ["Health", this.health.element], ["Log", messages.element]]),
       messages.newest,
     );
     root.replaceChildren(
@@ -151,14 +155,19 @@ export class App {
       if (error instanceof TokenRequired) return error;
       throw error;
     });
-    if (found instanceof TokenRequired) return this.end(askForToken(found.message));
+    if (found instanceof TokenRequired) {
+      this.announcer.alarm(found.message);
+      return this.end(askForToken(found.message));
+    }
     if (found.fingerprint === robot.fingerprint && found.prefix === robot.prefix && found.role === robot.role)
       return found.session;
+    const another = `Another system answers here now: ${found.robot} · ${found.deployment}.`;
+    this.announcer.alarm(another);
     return this.end(
       h(
         "div.boot",
-        { role: "alert", id: "exchanged" },
-        h("p", {}, `Another system answers here now: ${found.robot} · ${found.deployment}.`),
+        { id: "exchanged" },
+        h("p", {}, another),
         h("p", {}, `This page was for ${robot.robot} · ${robot.deployment}. Nothing of it is shown or sent any more.`),
         h("button", { type: "button", id: "reload", onclick: () => window.location.reload() }, "Load its page"),
       ),

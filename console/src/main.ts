@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 import { App } from "./app";
+import { Announcer } from "./panels/announcer";
 import { h } from "./panels/dom";
 import { askForToken } from "./panels/token";
 import type { Robot } from "./state/robot";
@@ -13,6 +14,8 @@ async function start(): Promise<void> {
   // The server removes a valid token from the address; one that is still there is refused, and not kept in sight either.
   const { search } = window.location;
   window.history.replaceState(null, "", "/");
+  const announcer = new Announcer();
+  let said = "";
   for (;;) {
     try {
       const robot = await fetchJson<Robot>(`/api/robot${search}`);
@@ -20,11 +23,14 @@ async function start(): Promise<void> {
       document.title = `${robot.robot} – Tandem`;
       const { protocol, host } = window.location;
       const path = import.meta.env.DEV ? "/ws" : "/";
-      new App(root, robot, `${protocol === "https:" ? "wss" : "ws"}://${host}${path}`);
+      new App(root, robot, announcer, `${protocol === "https:" ? "wss" : "ws"}://${host}${path}`);
       return;
     } catch (error) {
-      if (error instanceof TokenRequired) return root.replaceChildren(askForToken(error.message));
-      root.replaceChildren(h("p.boot", { role: "alert" }, `No reply yet. ${String(error)}`));
+      const text = error instanceof TokenRequired ? error.message : `No reply yet. ${String(error)}`;
+      if (text !== said) announcer.alarm(text);
+      said = text;
+      if (error instanceof TokenRequired) return root.replaceChildren(askForToken(text));
+      root.replaceChildren(h("p.boot", {}, text));
       await new Promise((again) => setTimeout(again, kRetry));
     }
   }

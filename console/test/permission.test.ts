@@ -3,11 +3,13 @@ import { expect, test } from "vitest";
 
 import type { Situation } from "../src/state/permission";
 import { kDeeds, whyNotNow } from "../src/state/permission";
+import { isPhone } from "../src/state/screen";
 import { Action, Phase } from "../src/wire/messages";
 import { seeded } from "./random";
 
 const kFree: Situation = {
   operator: true,
+  phone: false,
   hidden: false,
   connected: true,
   live: true,
@@ -24,6 +26,7 @@ test("each condition forbids what it has to, with a reason, in all situations", 
   for (let run = 0; run < 2000; ++run) {
     const s: Situation = {
       operator: coin(),
+      phone: coin(),
       hidden: coin(),
       connected: coin(),
       live: coin(),
@@ -37,6 +40,7 @@ test("each condition forbids what it has to, with a reason, in all situations", 
       if (s.hidden && !kSafe.includes(deed)) expect(why).not.toBe("");
       if (s.lease !== "mine" && !["take", "pause", "disable", "homeDrives"].includes(deed)) expect(why).not.toBe("");
       if (s.refused(0) !== "" && deed !== "endTrajectory") expect(why).not.toBe("");
+      if (s.operator && s.phone) expect(why).toMatch(/^On a phone/);
       if (!s.operator) expect(why).toMatch(/^Viewer/);
     }
   }
@@ -54,4 +58,17 @@ test("all is possible where nothing forbids it, and control's reasons are shown 
   expect(whyNotNow("take", { ...kFree, lease: "another's" })).toMatch(/^Another client/);
   expect(whyNotNow("pauseTrajectory", { ...kFree, phase: Phase.paused })).toBe("No trajectory runs.");
   expect(whyNotNow("resumeTrajectory", kFree)).toBe("No trajectory is paused.");
+});
+
+test("phones are small screens that are touched, however they are turned", () => {
+  for (const [width, height, phone] of [
+    [375, 667, true],
+    [599, 2000, true],
+    [600, 1024, false],
+    [1280, 720, false],
+  ] as const) {
+    expect(isPhone(true, { width, height })).toBe(phone);
+    expect(isPhone(true, { width: height, height: width })).toBe(phone);
+    expect(isPhone(false, { width, height })).toBe(false);
+  }
 });

@@ -145,16 +145,19 @@ class Robot {
   }
 }
 
+const kChromium = (setting) => ({
+  executablePath: setting.browser,
+  args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"],
+});
+
 /** One page in a separate browser window. */
 class Operator {
   static async launch(setting) {
-    return chromium.launch({
-      executablePath: setting.browser,
-      args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist"],
-    });
+    return chromium.launch(kChromium(setting));
   }
-  static async open(browser, url, size = { width: 1280, height: 720 }) {
-    const context = await browser.newContext({ viewport: size });
+  /** @param device  of the browser's context: size of the window, touch */
+  static async open(browser, url, device = { viewport: { width: 1280, height: 720 }, colorScheme: "dark" }) {
+    const context = await browser.newContext(device);
     const page = await context.newPage();
     return new Operator(page, url).load();
   }
@@ -280,4 +283,4 @@ class Operator {
 
 const differing = (a, b) => a.grey.reduce((count, value, k) => count + (Math.abs(value - b.grey[k]) > 60 ? 1 : 0), 0);
 
-module.exports = { Operator, Robot, Server, SlowLink, differing, monotonic, serve };
+module.exports = { Operator, Robot, Server, SlowLink, differing, kChromium, monotonic, serve };

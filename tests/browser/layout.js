@@ -250,3 +250,4 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, open }) => {
     },
   };
 };
+module.exports.unreached = unreached;

@@ -8,6 +8,8 @@ const { Operator, Robot, Server, SlowLink, differing, monotonic } = require("./h
 
 const setting = JSON.parse(process.argv[2]);
 const only = process.argv.slice(3);
+/** Files of scenes that are played when they are named: by tests of their own. */
+const kOwnTests = ["situations", "accessibility", "devices"];
 const server = new Server(setting);
 let robot;
 let browser;
@@ -317,7 +319,7 @@ async function main() {
   await robot.until("speak", () => true);
   browser = await Operator.launch(setting);
   me = await Operator.open(browser, server.url);
-  const open = (url = server.url) => Operator.open(browser, url);
+  const open = (url = server.url, device = undefined) => Operator.open(browser, url, device);
   const tools = { robot: () => robot, me: () => me, server, setting, takeControl, enable, run, shot, open };
   let failed = 0;
   const rates = [];
@@ -329,7 +331,7 @@ async function main() {
     ...require("./reasons.js")(tools),
     ...require("./access.js")(tools),
     ...require("./log.js")(tools),
-    ...(only.includes("situations") ? require("./situations.js")(tools) : {}),
+    ...Object.assign({}, ...kOwnTests.map((name) => (only.length > 0 ? require(`./${name}.js`)(tools) : {}))),
     ...require("./ends.js")(tools),
   })) {
     if (only.length > 0 && !only.some((word) => name.includes(word))) continue;

@@ -54,6 +54,11 @@ class Rates(Operated):
         self.operate("rates.js", "laptop-1khz")
 
 
+class Access(Operated):
+    def test_the_page_is_accessible(self):
+        self.operate("page.js", "laptop", *os.environ.get("TANDEM_SCENES", "access devices").split())
+
+
 class Catheters(Operated):
     def test_catheters_and_what_they_hold(self):
         self.operate("catheters.js", "ablation-pair", robot=system.PRESETS / "cooperative" / "ablation-pair.yaml")

@@ -55,13 +55,16 @@ export class Choice {
 
 /** A line that names what cannot be used, each with the reason. Its height is constant. */
 export class Reasons {
-  readonly element = h("p.reasons", { "aria-live": "off" });
+  readonly element = h("p.reasons", { role: "group", "aria-label": "Why some commands cannot be used" });
   /** @param refused  what, and why not; an empty reason: it can be used */
   show(refused: readonly (readonly [string, string])[]): void {
     const byReason = new Map<string, string[]>();
     for (const [what, why] of refused) if (why !== "") byReason.set(why, [...(byReason.get(why) ?? []), what]);
     const text = [...byReason].map(([why, names]) => `${names.join(", ")}: ${why}`).join("\n");
+    if (this.element.textContent === text) return;
     setText(this.element, text);
     setAttribute(this.element, "title", text);
+    // A text that does not fit is scrolled by keys, too.
+    this.element.tabIndex = this.element.scrollHeight > this.element.clientHeight ? 0 : -1;
   }
 }

@@ -5,6 +5,7 @@ import type { Effect, Orders } from "../state/orders";
 import { type Deed, whyNotNow } from "../state/permission";
 import type { Robot } from "../state/robot";
 import { mayCommand } from "../state/robot";
+import { onPhone } from "../state/screen";
 import type { World } from "../state/world";
 import type { Pilot } from "../teleop/pilot";
 import type { Link } from "../wire/link";
@@ -34,6 +35,7 @@ export function whyNot(c: Context, deed: Deed, now: number, arm = -1): string {
   const owner = c.world.controlStatus()?.lease_owner ?? 0n;
   return whyNotNow(deed, {
     operator: mayCommand(c.robot),
+    phone: onPhone(),
     hidden: document.visibilityState === "hidden",
     connected: c.link.state === "open",
     live: c.world.live(now),

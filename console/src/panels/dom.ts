@@ -4,7 +4,8 @@
 type Child = Node | string | null | undefined;
 type Attributes = Record<string, string | boolean | ((event: never) => void) | undefined>;
 
-/** h("button.big", {type: "button", onclick: f}, "text") */
+/** h("button.big", {type: "button", onclick: f}, "text"). An output is no live region: what happens is announced by the Announcer, and values
+ * that change by themselves are not. */
 export function h<K extends keyof HTMLElementTagNameMap>(
   tag: K | `${K}.${string}`,
   attributes: Attributes = {},
@@ -13,6 +14,7 @@ export function h<K extends keyof HTMLElementTagNameMap>(
   const [name, ...classes] = tag.split(".");
   const element = document.createElement(name as K);
   if (classes.length > 0) element.className = classes.join(" ");
+  if (name === "output") element.setAttribute("aria-live", "off");
   for (const [key, value] of Object.entries(attributes)) {
     if (typeof value === "function") element.addEventListener(key.slice(2), value as EventListener);
     else if (value === true) element.setAttribute(key, "");

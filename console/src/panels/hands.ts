@@ -16,8 +16,8 @@ const kStates = ["no input", "refused", "released", "clutched", "following", "st
 export class Hands implements Panel {
   readonly element: HTMLElement;
   private readonly arm: HTMLButtonElement;
-  private readonly lamp = h("output.lamp", { id: "teleop-held", "aria-live": "polite" });
-  private readonly state = h("output.line", { id: "teleop-state", "aria-live": "polite" });
+  private readonly lamp = h("output.lamp", { id: "teleop-held" });
+  private readonly state = h("output.line", { id: "teleop-state" });
   private readonly clamped: HTMLElement;
   private readonly numbers = h("output.line");
   private readonly stages = h("ol.stages", { "aria-label": "Teleoperation pipeline, stage by stage" });
@@ -34,6 +34,7 @@ export class Hands implements Panel {
   private readonly reasons = new Reasons();
   private readonly scaleText = h("output");
   private shown = -1;
+  private announced = "";
 
   constructor(private readonly c: Context) {
     const { pilot, robot } = c;
@@ -100,6 +101,9 @@ export class Hands implements Panel {
     else if (pilot.armed)
       lamp = gate.obstacle ? `◌ ${gate.obstacle}` : gate.cut ? `○ released: ${gate.cut}` : "○ ready: hold to move";
     setText(this.lamp, lamp);
+    if (lamp !== this.announced && this.announced !== "")
+      this.c.messages.announcer.event(`Teleoperation ${lamp.slice(2)}`);
+    this.announced = lamp;
     setText(this.scaleText, Number(this.scale.value).toFixed(2));
     this.updateStatus(world.teleop.value<TeleopStatus>(), now);
   }

@@ -6,16 +6,20 @@ import { shortName, stateGlyph, stateMeaning, stateName } from "../state/descrip
 import type { Context, Panel } from "./context";
 import { reportedByControl, whyNot } from "./context";
 import { action, h, setAttribute, setClass, setText, setUsable } from "./dom";
+import { onPhone } from "../state/screen";
 import { Hidden } from "./hidden";
 
+const kOnPhone = (): HTMLElement =>
+  h("span.onphone", { id: "on-phone" }, "On a phone: watch and STOP only. Command from a larger screen.");
 const kCrtkClients = 2n ** 64n - 1n;
 
 export class Header implements Panel {
   readonly element: HTMLElement;
-  private readonly link = h("output.link", { "aria-live": "polite", id: "link" });
+  private readonly link = h("output.link", { id: "link" });
   private readonly arms: HTMLElement[];
-  private readonly who = h("output.who", { "aria-live": "polite", id: "lease" });
+  private readonly who = h("output.who", { id: "lease" });
   private readonly take: HTMLButtonElement;
+  private wasLive = false;
 
   constructor(private readonly c: Context) {
     this.arms = c.robot.arms.map((arm) => h("span.arm", { "data-arm": arm.name }));
@@ -32,7 +36,13 @@ export class Header implements Panel {
       h("div.brand", {}, h("strong", {}, "Tandem"), h("span", {}, `${c.robot.robot} · ${c.robot.deployment}`)),
       this.link,
       h("div.arms", { role: "group", "aria-label": "State of the arms" }, ...this.arms),
-      h("div.lease", { role: "group", "aria-label": "Control lease" }, this.who, this.take, new Hidden(c).element),
+      h(
+        "div.lease",
+        { role: "group", "aria-label": "Control lease" },
+        this.who,
+        this.take,
+        onPhone() ? kOnPhone() : new Hidden(c).element,
+      ),
     );
   }
 
@@ -55,6 +65,11 @@ export class Header implements Panel {
     else if (world.heldBack(now)) text = `◔ OLD DATA · ${ageText(world.age(world.status, now))}`;
     else if (world.stale(world.status, now)) text = `◔ NO DATA FROM CONTROL · ${ageText(world.age(world.status, now))}`;
     else if (!live) text = `◔ NO DATA FROM DRIVES · ${ageText(world.age(world.hal, now))}`;
+    // The end of the link itself is an event of its own.
+    if (this.wasLive && !live && link.state === "open")
+      this.c.messages.add("bad", `The data is out of date: ${text.slice(2)}`);
+    if (live && !this.wasLive) this.c.messages.add("info", "The data is current");
+    this.wasLive = live;
     setText(this.link, text);
     setAttribute(this.link, "data-state", live ? "live" : link.state === "open" ? "stale" : "lost");
     this.updateArms(live);

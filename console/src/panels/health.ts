@@ -4,6 +4,7 @@ import { age, ageText } from "../state/age";
 import { nameOf, valuesOf } from "../state/descriptions";
 import { lackingProtections } from "../state/protections";
 import type { Context, Panel } from "./context";
+import { themeChoice } from "./theme";
 import { card, h, setAttribute, setText } from "./dom";
 
 const kLevels = ["ok", "warning", "error", "stale"];
@@ -26,6 +27,7 @@ export class Health implements Panel {
       card("Guards of the drives", this.guards),
       card("Protections that drives lack", this.lacking),
       card("Services", this.services),
+      card("This page", h("div.line", {}, h("span", {}, "colours"), themeChoice())),
     );
     c.world.taps.diagnostics.push((array) => {
       for (const { name, level, message } of array.status) this.service(name, level, message);

@@ -16,7 +16,7 @@ export class Hud implements Panel {
   readonly element: HTMLElement;
   private readonly near = h("output.figure", { id: "clearance" });
   private readonly relative = h("output.figure", { id: "relative" });
-  private readonly curtain = h("div.curtain", { role: "alert", hidden: true, id: "curtain" });
+  private readonly curtain = h("div.curtain", { hidden: true, id: "curtain" });
   private readonly rate = h("output.rate", { id: "fps" });
   /** Handle at which the pointer grabs the driven tip. */
   private readonly handle = h("div.handle", { id: "handle", hidden: true, "aria-hidden": "true" });

@@ -2,6 +2,7 @@
 /** The log: the newest events and open alarms, always visible; all of it with search, filter and export in a panel. */
 import type { Entry, Level } from "../state/log";
 import { Log, toCsv } from "../state/log";
+import type { Announcer } from "./announcer";
 import { action, h, setAttribute, setText, setUsable } from "./dom";
 import { Sound } from "./sound";
 
@@ -22,8 +23,8 @@ export class LogPanel {
   /** Everything. */
   readonly element: HTMLElement;
   private readonly sound = new Sound();
-  private readonly messages = h("ol.messages", { role: "log", "aria-live": "polite", "aria-label": "Newest events" });
-  private readonly alarms = h("ol.alarms", { id: "alarms", "aria-live": "assertive", "aria-label": "Open alarms" });
+  private readonly messages = h("ol.messages", { "aria-label": "Newest events" });
+  private readonly alarms = h("ol.alarms", { id: "alarms", "aria-label": "Open alarms" });
   private readonly acknowledge: HTMLButtonElement;
   private readonly mute: HTMLButtonElement;
   private readonly search = h("input", {
@@ -40,7 +41,7 @@ export class LogPanel {
   private seen: Entry[] = [];
   private sounded = 0;
 
-  constructor() {
+  constructor(readonly announcer: Announcer) {
     this.acknowledge = action("Acknowledge", "Acknowledge the alarms that are shown", () => {
       this.log.acknowledge(this.seen);
     });
@@ -103,6 +104,7 @@ export class LogPanel {
   private show(entry: Entry): void {
     this.messages.prepend(this.row(entry));
     while (this.messages.childElementCount > kNewest) this.messages.lastElementChild!.remove();
+    this.announcer.entry(entry);
     this.sound.play(entry.level);
     if (entry.level === "alarm") this.sounded = performance.now();
   }

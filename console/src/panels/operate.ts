@@ -24,14 +24,14 @@ export class Operate implements Panel {
   private readonly reference: HTMLButtonElement;
 
   constructor(private readonly c: Context) {
-    this.emergency = c.notices.line("fault", { role: "alert", id: "emergency-stop" });
+    this.emergency = c.notices.line("fault", { id: "emergency-stop" });
     setText(
       this.emergency,
       "✕ EMERGENCY STOP pressed: all arms are stopped. When safe: release it, disable, then enable.",
     );
-    this.faults = c.robot.arms.map((arm) => c.notices.line("fault", { role: "alert", "data-fault": arm.name }));
+    this.faults = c.robot.arms.map((arm) => c.notices.line("fault", { "data-fault": arm.name }));
     this.hold = c.notices.line("hold", {});
-    this.idle = c.notices.line("hold", { id: "idle", role: "status" });
+    this.idle = c.notices.line("hold", { id: "idle" });
     const button = (
       label: string,
       command: StateCommand,
@@ -112,8 +112,10 @@ export class Operate implements Panel {
     const idle = robot.arms
       .map((arm, k) => ({ name: shortName(arm.name), text: status ? idleText(status, k) : "" }))
       .filter(({ text }) => text !== "");
-    setShown(this.idle, idle.length > 0);
-    setText(this.idle, idle.map(({ name, text }) => `Arm ${name} ${text}`).join("; "));
+    const idling = idle.map(({ name, text }) => `Arm ${name} ${text}`).join("; ");
+    if (this.idle.hidden && idling !== "") this.c.messages.add("bad", idling);
+    setShown(this.idle, idling !== "");
+    setText(this.idle, idling);
     this.updateButtons(now);
   }
 

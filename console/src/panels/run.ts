@@ -25,7 +25,7 @@ export class Run implements Panel {
     "aria-label": "The trajectory as YAML",
   });
   private readonly bar = h("progress", { max: "1", value: "0", "aria-label": "Progress of the trajectory" });
-  private readonly progress = h("output.progress", { id: "progress", "aria-live": "off" }, "no trajectory");
+  private readonly progress = h("output.progress", { id: "progress" }, "no trajectory");
   private readonly errors = h("output", { id: "errors" });
   private readonly limits: HTMLElement;
   private readonly reasons = new Reasons();

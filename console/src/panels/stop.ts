@@ -7,13 +7,15 @@ import { h, setAttribute, setText } from "./dom";
 const kStopRequested = 1 << 10; // safety::Fault
 const kConfirm = 400; // ms; looked at every kAgain, so that it is shown within half a second
 const kAgain = 100; // ms between repetitions until it is confirmed
+const kNotSent = "NOT SENT: no connection. Use the hardware emergency stop.";
+const kNotConfirmed = "NOT CONFIRMED. Use the hardware emergency stop.";
 const kIdle = "soft stop – not an emergency stop";
 
 export class StopKey {
   readonly element: HTMLElement;
   private readonly button: HTMLButtonElement;
-  private readonly note = h("output.note", { "aria-live": "assertive", id: "stop-note" }, kIdle);
-  private readonly key = h("output.note", { "aria-live": "polite", id: "stop-key" });
+  private readonly note = h("output.note", { id: "stop-note" }, kIdle);
+  private readonly key = h("output.note", { id: "stop-key" });
   private since = -1;
   private repeats: ReturnType<typeof setInterval> | undefined;
   /** Time from the last press to its confirmation, ms. */
@@ -81,20 +83,18 @@ export class StopKey {
     clearInterval(this.repeats);
     const sent = this.c.commander.stop(`operator's page at ${this.c.robot.client_address}: ${by}`);
     setAttribute(this.button, "data-state", sent ? "sent" : "failed");
-    setText(
-      this.note,
-      sent ? "stop sent, waiting for the robot…" : "NOT SENT: no connection. Use the hardware emergency stop.",
-    );
-    this.c.messages.add("bad", sent ? `Stop (${by})` : `Stop (${by}) could not be sent: there is no connection`);
+    setText(this.note, sent ? "stop sent, waiting for the robot…" : kNotSent);
+    this.c.messages.add(sent ? "bad" : "alarm", `Stop (${by})${sent ? "" : ` ${kNotSent}`}`);
     if (sent) this.repeats = setInterval(() => this.repeat(), kAgain);
     else this.since = -1;
   }
 
   private repeat(): void {
     this.c.commander.stop("operator's page: repeated, not confirmed yet");
-    if (performance.now() - this.since < kConfirm) return;
+    if (performance.now() - this.since < kConfirm || this.button.dataset["state"] === "failed") return;
     setAttribute(this.button, "data-state", "failed");
-    setText(this.note, "NOT CONFIRMED. Use the hardware emergency stop.");
+    setText(this.note, kNotConfirmed);
+    this.c.messages.add("alarm", `Stop ${kNotConfirmed}`);
   }
 
   /** Both control and the drives have latched it: control alone cannot stop drives that do not answer. */
@@ -113,7 +113,10 @@ export class StopKey {
     this.since = -1;
     clearInterval(this.repeats);
     setAttribute(this.button, "data-state", "confirmed");
-    setText(this.note, `stopped: confirmed after ${Math.round(this.took)} ms`);
+    const text = `stopped: confirmed after ${Math.round(this.took)} ms`;
+    setText(this.note, text);
+    this.c.messages.log.add("done", text, undefined, undefined, false);
+    this.c.messages.announcer.alarm(text);
   }
 
   update(now: number): void {

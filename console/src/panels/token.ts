@@ -12,7 +12,7 @@ export function askForToken(why: string): HTMLElement {
   };
   return h(
     "div.boot",
-    { role: "alert", id: "token-required" },
+    { id: "token-required" },
     h("p", {}, why),
     h("p", {}, "Or enter it here. The browser keeps it as a cookie of this address, so it must accept cookies:"),
     h("form", { onsubmit: open }, h("label", {}, "Token ", input), " ", h("button", { id: "token-open" }, "Open")),

@@ -127,10 +127,11 @@ export class Events {
     this.asked.delete(`${client} ${request}`);
   }
 
-  /** Requests, refusals and stops are logged with their client already. */
+  /** Requests, refusals and stops are logged with their client already, and states and faults as such: those are announced. */
   private line({ level, name, msg, stamp }: ProcessLine): void {
     if (/^(request refused|stop): /.test(msg)) return;
-    this.log.add(level >= kWarning ? "bad" : "info", msg, name, this.when(1000 * stamp.sec + 1e-6 * stamp.nsec));
+    const time = this.when(1000 * stamp.sec + 1e-6 * stamp.nsec);
+    this.log.add(level >= kWarning ? "bad" : "info", msg, name, time, false);
   }
 
   /** Of control. After an interruption of the link, changes since the last one are noted. */

@@ -11,6 +11,8 @@ export interface Entry {
   /** Who or what: "this page", "tandem-control", "page 1f3a". */
   readonly source: string;
   readonly text: string;
+  /** It is announced to screen readers; what repeats another entry is not. */
+  readonly announced: boolean;
   /** ms since 1970; 0: not yet. Of alarms. */
   acknowledged: number;
 }
@@ -36,8 +38,8 @@ export class Log {
   constructor(private readonly most = kMost) {}
 
   /** @param time  ms since 1970 */
-  add(level: Level, text: string, source = "this page", time = Date.now()): void {
-    const entry: Entry = { time, level, source, text, acknowledged: 0 };
+  add(level: Level, text: string, source = "this page", time = Date.now(), announced = true): void {
+    const entry: Entry = { time, level, source, text, announced, acknowledged: 0 };
     this.all.push(entry);
     if (this.all.length > this.most) {
       const oldest = this.all.findIndex((one) => one.level !== "alarm");

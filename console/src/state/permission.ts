@@ -43,6 +43,8 @@ export const kDeeds = Object.keys(kRules) as Deed[];
 export interface Situation {
   /** The role of the page: false for a viewer. */
   operator: boolean;
+  /** The page is on a phone, with too little space to see what one commands. */
+  phone: boolean;
   /** The tab is in the background, or the window minimized. */
   hidden: boolean;
   connected: boolean;
@@ -59,6 +61,7 @@ export interface Situation {
 export function whyNotNow(deed: Deed, s: Situation): string {
   const rule: Rule = kRules[deed];
   if (!s.operator) return "Viewer: this page can read and stop, but not command.";
+  if (s.phone) return "On a phone, this page can watch and stop, but not command.";
   if (s.hidden && !rule.unseen) return "This page is hidden.";
   if (!s.connected) return "There is no connection to the server.";
   if (!s.live) return "The robot's data is out of date.";
