@@ -121,7 +121,7 @@ export class App {
     root.replaceChildren(
       header.element,
       this.stop.element,
-      h("main", {}, place, run.controls, side),
+      h("main", {}, h("div.stage", {}, place, this.hud.legend), run.controls, side),
       h("footer", {}, bars.element, charts.element),
     );
     this.panels = [

@@ -27,6 +27,7 @@ function dice(random: () => number): Pose {
 }
 const held = (random: () => number, type: string): GraspedObject => ({
   size: 0.01,
+  color: "#7fbf3f",
   contacts: ["arm_a", "arm_b"].map((arm) => ({ arm, type, frame: dice(random), hand: dice(random) })),
 });
 /** Tips that touch an object at this pose; at contacts that allow rotation, each is turned about its contact point. */

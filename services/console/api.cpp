@@ -13,12 +13,14 @@
 #include "robots/overlap.h"
 #include "robots/robot_type.h"
 #include "safety/faults.h"
+#include "services/console/palette.h"
 #include "services/runtime/identity.h"
 
 namespace tandem::console {
 namespace {
 
 using Eigen::Isometry3d;
+namespace teleoperation = planning::teleoperation;
 using Json = nlohmann::ordered_json;
 
 /// JSON has no infinity: null means no limit.
@@ -30,11 +32,12 @@ Json describePose(const Isometry3d& pose) {
           {"orientation", {turn.x(), turn.y(), turn.z(), turn.w()}}};
 }
 
-Json describeTube(const robots::TubeAppearance& tube) {
+Json describeTube(const robots::TubeAppearance& tube, const std::string& color) {
   Json sections = Json::array();
   for (const kinematics::TubeSection& section : tube.sections)
     sections.push_back({{"length", section.length}, {"curvature", section.curvature}});
   return {{"name", tube.name},
+          {"color", color},
           {"length", tube.length},
           {"outer_radius", tube.outer_radius},
           {"inner_radius", tube.inner_radius},
@@ -59,11 +62,13 @@ Json describeJoints(const config::Arm& arm, const std::vector<robots::JointAppea
   return joints;
 }
 
-Json describeArm(const config::Arm& arm, const robots::ArmAppearance& appearance) {
+Json describeArm(const config::Arm& arm, int index, const robots::ArmAppearance& appearance) {
   Json tubes = Json::array();
-  for (const robots::TubeAppearance& tube : appearance.tubes)
-    tubes.push_back(describeTube(tube));
+  const int count = static_cast<int>(appearance.tubes.size());
+  for (int k = 0; k < count; ++k)
+    tubes.push_back(describeTube(appearance.tubes[static_cast<std::size_t>(k)], tubeColor(index, k, count)));
   return {{"name", arm.name},
+          {"color", armColor(index)},
           {"type", appearance.type},
           {"joint_count", arm.jointCount()},
           {"tubes", std::move(tubes)},
@@ -75,8 +80,8 @@ Json describeArm(const config::Arm& arm, const robots::ArmAppearance& appearance
 
 Json describeArms(const config::Robot& robot) {
   Json arms = Json::array();
-  for (std::size_t k = 0; k < robot.arms.size(); ++k)
-    arms.push_back(describeArm(robot.arms[k], robots::typeOf(robot).appearance(robot, static_cast<int>(k))));
+  for (int k = 0; k < static_cast<int>(robot.arms.size()); ++k)
+    arms.push_back(describeArm(robot.arms[static_cast<std::size_t>(k)], k, robots::typeOf(robot).appearance(robot, k)));
   return arms;
 }
 
@@ -92,7 +97,7 @@ Json describeObject(const config::Robot& robot) {
                         {"frame", describePose(object->contacts[k].frame)},
                         {"hand", describePose(object->contacts[k].hand)}});
   }
-  return {{"size", object->size}, {"contacts", contacts}};
+  return {{"size", object->size}, {"color", objectColor()}, {"contacts", contacts}};
 }
 
 Json describeCapabilities(const config::Robot& robot) {
@@ -119,6 +124,35 @@ Json describeControl(const config::Deployment& deployment, const config::Robot& 
           {"relative_gain", deployment.relative_gain},
           {"tip_gain", deployment.tip_gain},
           {"model", deployment.model}};
+}
+
+Json describeVector(const Eigen::Vector3d& vector) { return {vector.x(), vector.y(), vector.z()}; }
+
+Json describeBox(const teleoperation::Box& box) {
+  return {{"min", describeVector(box.minimum)}, {"max", describeVector(box.maximum)}};
+}
+
+/// Regions that targets of tips do not enter, and the box that they do not leave (null: none).
+Json describeRegions(const teleoperation::GuardOptions& guard) {
+  struct Describe {
+    Json& region;
+    void operator()(const teleoperation::Sphere& sphere) const {
+      region["sphere"] = {{"center", describeVector(sphere.center)}, {"radius", sphere.radius}};
+    }
+    void operator()(const teleoperation::HalfSpace& half) const {
+      region["half_space"] = {{"point", describeVector(half.point)}, {"normal", describeVector(half.normal)}};
+    }
+    void operator()(const teleoperation::Box& box) const { region["box"] = describeBox(box); }
+  };
+  Json forbidden = Json::array();
+  for (const teleoperation::ForbiddenRegion& one : guard.forbidden) {
+    Json region{{"name", one.name}};
+    std::visit(Describe{region}, one.shape);
+    forbidden.push_back(region);
+  }
+  return {{"forbidden", forbidden},
+          {"margin", guard.margin},
+          {"workspace", guard.workspace ? describeBox(*guard.workspace) : Json(nullptr)}};
 }
 
 Json describeBudgets(const config::Deployment& deployment) {
@@ -168,6 +202,7 @@ Json describeRobot(const config::Deployment& deployment, const config::Robot& ro
           {"arms", describeArms(robot)},
           {"object", describeObject(robot)},
           {"port", port},
+          {"regions", describeRegions(deployment.teleoperation.options.guard)},
           {"control", describeControl(deployment, robot)},
           {"budgets", describeBudgets(deployment)},
           {"descriptions", describeEnumerations()}};

@@ -9,8 +9,8 @@
 
 namespace tandem::console {
 
-/// The robot: deployment, arms with tubes, limits and base, grasped object, port, methods with their parameters,
-/// budgets.
+/// The robot: deployment, arms with tubes, limits and base, grasped object, port, forbidden regions, methods with
+/// their parameters, budgets, colours.
 nlohmann::ordered_json describeRobot(const config::Deployment& deployment, const config::Robot& robot);
 
 /// The trajectories among the presets, or the paths for catheters: name, description, and the text that

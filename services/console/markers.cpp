@@ -8,38 +8,35 @@
 #include "config/arm_names.h"
 #include "robots/robot_type.h"
 #include "services/console/grasped_object.h"
+#include "services/console/palette.h"
 #include "services/runtime/process.h"
 
 namespace tandem::console {
 namespace {
 
-constexpr std::int32_t kCube = 1, kLineStrip = 4, kSphereList = 7;
+constexpr std::int32_t kCube = 1, kLineStrip = 4, kLineList = 5, kSphereList = 7;
 constexpr std::int64_t kLifetime = 1'000'000'000;  // ns; several periods of the shapes
-/// Palette of Okabe and Ito, distinguishable by colour-blind people; tube 1 is the innermost.
-constexpr std::array<std::array<float, 4>, 4> kColors{{{0.90f, 0.62f, 0.00f, 1.0f},
-                                                       {0.34f, 0.71f, 0.91f, 1.0f},
-                                                       {0.00f, 0.62f, 0.45f, 1.0f},
-                                                       {0.80f, 0.47f, 0.65f, 1.0f}}};
-constexpr std::array<float, 4> kObjectColor{0.75f, 0.75f, 0.75f, 0.6f};
+constexpr float kObjectOpacity = 0.6f;
+constexpr double kTipAxis = 0.008, kTipWidth = 0.0006;  // m
 
 std::array<double, 3> pointOf(const dds::Shape& shape, std::size_t i) {
   return {shape.points[3 * i], shape.points[3 * i + 1], shape.points[3 * i + 2]};
 }
 
-dds::Marker marker(const dds::Shape& shape, const std::string& arm, std::int64_t stamp, std::size_t point) {
+dds::Marker marker(const dds::Shape& shape, const MarkedArm& arm, std::int64_t stamp, std::size_t point) {
   dds::Marker marker;
   marker.stamp = stamp;
   marker.frame = shape.frame;
-  marker.ns = arm;
+  marker.ns = arm.name;
   marker.lifetime = kLifetime;
-  marker.color = kColors[(std::max<std::size_t>(shape.tubes[point], 1) - 1) % kColors.size()];
+  marker.color = rgba(tubeColor(arm.index, std::max<int>(shape.tubes[point], 1) - 1, arm.tubes));
   marker.scale = {2.0 * shape.outer_radius[point], 0.0, 0.0};
   return marker;
 }
 
 }  // namespace
 
-dds::MarkerArray markersOf(const dds::Shape& shape, const std::string& arm, std::int64_t stamp) {
+dds::MarkerArray markersOf(const dds::Shape& shape, const MarkedArm& arm, std::int64_t stamp) {
   dds::MarkerArray array;
   const std::size_t count = shape.tubes.size();
   if (count == 0)
@@ -65,6 +62,27 @@ dds::MarkerArray markersOf(const dds::Shape& shape, const std::string& arm, std:
   return array;
 }
 
+dds::MarkerArray tipMarkersOf(const dds::PoseStamped& tip, const std::string& arm) {
+  const auto& q = tip.orientation;
+  const Eigen::Matrix3d axes = Eigen::Quaterniond(q[3], q[0], q[1], q[2]).normalized().toRotationMatrix();
+  dds::MarkerArray array;
+  for (int axis = 0; axis < 3; ++axis) {
+    dds::Marker line;
+    line.stamp = tip.stamp;
+    line.frame = tip.frame;
+    line.ns = arm + "/tip";
+    line.id = axis;
+    line.type = kLineList;
+    line.lifetime = kLifetime;
+    line.color = {axis == 0 ? 1.0f : 0.0f, axis == 1 ? 1.0f : 0.0f, axis == 2 ? 1.0f : 0.0f, 1.0f};
+    line.scale = {kTipWidth, 0.0, 0.0};
+    const Eigen::Vector3d from = Eigen::Vector3d::Map(tip.position.data()), to = from + kTipAxis * axes.col(axis);
+    line.points = {{from.x(), from.y(), from.z()}, {to.x(), to.y(), to.z()}};
+    array.markers.push_back(std::move(line));
+  }
+  return array;
+}
+
 dds::MarkerArray markersOf(const config::GraspedObject& object,
                            const Eigen::Isometry3d& pose,
                            const std::string& frame,
@@ -75,7 +93,7 @@ dds::MarkerArray markersOf(const config::GraspedObject& object,
   cube.ns = "object";
   cube.type = kCube;
   cube.lifetime = kLifetime;
-  cube.color = kObjectColor;
+  cube.color = rgba(objectColor(), kObjectOpacity);
   cube.scale.fill(object.size);
   const Eigen::Quaterniond turn(pose.linear());
   cube.position = {pose.translation().x(), pose.translation().y(), pose.translation().z()};
@@ -83,14 +101,24 @@ dds::MarkerArray markersOf(const config::GraspedObject& object,
   return {{cube}};
 }
 
-Markers::Markers(dds::Bus& bus, const config::Robot& robot)
-    : bus_(bus), arms_(config::armList(robot)), writer_(bus.writer(dds::kMarkers)) {
+Markers::Markers(dds::Bus& bus, const config::Robot& robot) : bus_(bus), writer_(bus.writer(dds::kMarkers)) {
+  for (const std::string& name : config::armList(robot)) {
+    const int index = static_cast<int>(arms_.size());
+    arms_.push_back({name, index, static_cast<int>(robots::typeOf(robot).appearance(robot, index).tubes.size())});
+  }
   if (const config::GraspedObject* object = robots::typeOf(robot).graspedObject(robot))
     object_ = *object;
 }
 
-/// The object's pose follows from its arms: published once per complete set of tip poses.
 void Markers::moved(std::size_t arm, const dds::PoseStamped& tip) {
+  if (tip.stamp != 0)
+    writer_.write(tipMarkersOf(tip, arms_[arm].name));
+  if (object_ && arm < object_->contacts.size())
+    moveObject(arm, tip);
+}
+
+/// The object's pose follows from its arms: published once per complete set of tip poses.
+void Markers::moveObject(std::size_t arm, const dds::PoseStamped& tip) {
   const std::lock_guard lock(mutex_);
   const auto& q = tip.orientation;
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -113,15 +141,16 @@ void Markers::look() {
     return;
   shapes_.clear();
   poses_.clear();
-  if (wanted && object_) {
-    tips_.assign(object_->contacts.size(), std::nullopt);
-    for (std::size_t k = 0; k < tips_.size(); ++k)
-      poses_.push_back(
-          bus_.reader(dds::kMeasuredCp, arms_[k], [this, k](const dds::PoseStamped& tip) { moved(k, tip); }));
+  if (!wanted)
+    return;
+  tips_.assign(object_ ? object_->contacts.size() : 0, std::nullopt);
+  for (std::size_t k = 0; k < arms_.size(); ++k) {
+    poses_.push_back(
+        bus_.reader(dds::kMeasuredCp, arms_[k].name, [this, k](const dds::PoseStamped& tip) { moved(k, tip); }));
+    shapes_.push_back(bus_.reader(dds::kShape, arms_[k].name, [this, k](const dds::Shape& shape) {
+      writer_.write(markersOf(shape, arms_[k], shape.stamp));
+    }));
   }
-  for (const std::string& arm : wanted ? arms_ : std::vector<std::string>{})
-    shapes_.push_back(bus_.reader(
-        dds::kShape, arm, [this, arm](const dds::Shape& shape) { writer_.write(markersOf(shape, arm, shape.stamp)); }));
 }
 
 }  // namespace tandem::console

@@ -13,11 +13,20 @@
 
 namespace tandem::console {
 
-/// One arm: a line strip for every segment with the same outermost tube, as wide as the tube, and a sphere at the tip.
-/// Markers expire unless they are replaced.
+/** An arm, as markers show it. */
+struct MarkedArm {
+  std::string name;
+  int index = 0;  ///< among the robot's arms
+  int tubes = 0;
+};
+
+/// One arm in the colours of palette.h: a line strip for every segment with the same outermost tube, as wide as the
+/// tube, and a sphere at the tip. Markers expire unless they are replaced.
 /// @param stamp  ns since the epoch
-/// @param stamp  ns since the epoch
-dds::MarkerArray markersOf(const dds::Shape& shape, const std::string& arm, std::int64_t stamp);
+dds::MarkerArray markersOf(const dds::Shape& shape, const MarkedArm& arm, std::int64_t stamp);
+
+/// The frame of a tip: lines along x (red), y (green) and z (blue). @param arm  its name
+dds::MarkerArray tipMarkersOf(const dds::PoseStamped& tip, const std::string& arm);
 
 /// A grasped object: a cube of its size.
 /// @param pose  robot base frame <- object  @param stamp  ns since the epoch
@@ -38,9 +47,10 @@ class Markers {
 
  private:
   void moved(std::size_t arm, const dds::PoseStamped& tip);
+  void moveObject(std::size_t arm, const dds::PoseStamped& tip);
 
   dds::Bus& bus_;
-  std::vector<std::string> arms_;
+  std::vector<MarkedArm> arms_;
   std::optional<config::GraspedObject> object_;
   std::mutex mutex_;
   std::vector<std::optional<Eigen::Isometry3d>> tips_;  ///< of the arms that grasp it

@@ -59,6 +59,14 @@ class Access(Operated):
         self.operate("page.js", "laptop", *os.environ.get("TANDEM_SCENES", "access devices").split())
 
 
+class Preview(Operated):
+    def test_what_is_seen_before_a_run(self):
+        regions = ("{crtk: {clients: ['*']}, workspace: {min_mm: [-40, -40, 240], max_mm: [40, 40, 360]}, forbidden: ["
+                   "{name: vessel, sphere: {center_mm: [0, 30, 320], radius_mm: 6}}, "
+                   "{name: wall, half_space: {point_mm: [0, 0, 355], normal: [0, 0, -1]}}]}")
+        self.operate("page.js", "laptop", "preview", teleoperation=regions)
+
+
 class Catheters(Operated):
     def test_catheters_and_what_they_hold(self):
         self.operate("catheters.js", "ablation-pair", robot=system.PRESETS / "cooperative" / "ablation-pair.yaml")

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Actuators with their moving limits (Fig. 2 of Alsaka et al. 2024, live), and jogging. */
-import { bodyColor } from "../scene/colors";
 import type { Joint } from "../state/robot";
 import { isTranslation } from "../state/robot";
 import type { Range } from "../state/track";
@@ -55,7 +54,7 @@ export class Bars implements Panel {
     const range = translation ? travel : rotationRange(of.lower, of.upper);
     const free = h("i.free");
     const value = h("i.value");
-    value.style.background = bodyColor(arm, joint % tubes, tubes);
+    value.style.background = this.c.robot.arms[arm]!.tubes[joint % tubes]!.color;
     const setpoint = h("i.setpoint");
     const text = h("output.number");
     const said = `${of.title} of arm ${shortName(this.c.robot.arms[arm]!.name)}`;

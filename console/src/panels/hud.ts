@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Overlay of the scene: cameras, legend, distances, and a curtain when data is stale. */
-import { armColor, bodyColor, kGoal, kNear, kObject } from "../scene/colors";
+import { kCloseBelow } from "../scene/closeness";
+import { kClose, kForbidden, kGoal, kNear, kWorkspace } from "../scene/colors";
 import { kThickness } from "../scene/drawing";
 import type { Preset, View } from "../scene/view";
 import { kPresets } from "../scene/view";
@@ -9,11 +10,13 @@ import { shortName } from "../state/descriptions";
 import { port, TaskKind } from "../wire/messages";
 import { Choice } from "./choice";
 import type { Context, Panel } from "./context";
-import { action, h, setClass, setShown, setText } from "./dom";
+import { action, h, setAttribute, setClass, setShown, setText } from "./dom";
 import { millimetres } from "../state/numbers";
 
 export class Hud implements Panel {
   readonly element: HTMLElement;
+  /** Below the scene, where it covers nothing. */
+  readonly legend: HTMLElement;
   private readonly near = h("output.figure", { id: "clearance" });
   private readonly relative = h("output.figure", { id: "relative" });
   private readonly curtain = h("div.curtain", { hidden: true, id: "curtain" });
@@ -21,7 +24,6 @@ export class Hud implements Panel {
   /** Handle at which the pointer grabs the driven tip. */
   private readonly handle = h("div.handle", { id: "handle", hidden: true, "aria-hidden": "true" });
   private readonly names: string[];
-  /** Distances are computed for concentric tubes only. */
 
   constructor(
     private readonly c: Context,
@@ -50,38 +52,49 @@ export class Hud implements Panel {
       },
       "small",
     );
+    this.legend = this.makeLegend();
     this.element = h(
       "div.hud",
       {},
       h("div.cameras", { role: "toolbar", "aria-label": "Cameras" }, ...cameras, thick.element, trail),
       c.notices.element,
       h("div.figures", {}, this.near, this.relative),
-      this.legend(),
       this.rate,
       this.handle,
       this.curtain,
     );
   }
 
-  private legend(): HTMLElement {
+  private makeLegend(): HTMLElement {
     const swatch = (color: string, text: string, kind = ""): HTMLElement => {
       const mark = h("i", { class: kind });
       mark.style.borderColor = color;
       return h("li", {}, mark, text);
     };
-    const tubes = this.c.robot.arms.flatMap((arm, k) =>
-      arm.tubes.map((tube, t) => swatch(bodyColor(k, t, arm.tubes.length), `${this.names[k]} ${tube.name}`)),
-    );
-    if (this.c.robot.object) tubes.push(swatch(kObject, "grasped object"));
+    const { arms, object, regions, capabilities } = this.c.robot;
+    const forbidden = regions.forbidden.map(({ name }) => name).join(", ");
     return h(
       "ul.legend",
-      { "aria-label": "Legend of the colours" },
-      ...tubes,
-      ...this.c.robot.arms.map((_, k) => swatch(armColor(k), `trail of tip ${this.names[k]}`, "thin")),
+      { "aria-label": "Legend of the colours", id: "legend" },
+      ...arms.flatMap(({ tubes }, k) => tubes.map((tube) => swatch(tube.color, `${this.names[k]} ${tube.name}`))),
+      object && swatch(object.color, "grasped object"),
+      ...arms.map(({ color }, k) => swatch(color, `trail of tip ${this.names[k]}`, "thin")),
+      h("li", {}, "frames of the tips: ", ...this.axes()),
       swatch(kGoal, "target, planned path", "dashed"),
       swatch("#ffffff", "relative position", "thin"),
-      ...(this.c.robot.capabilities.computation ? [swatch(kNear, "nearest bodies", "thin")] : []),
+      capabilities.computation ? swatch(kNear, "nearest bodies", "thin") : null,
+      capabilities.computation ? swatch(kClose, `closer than ${millimetres(kCloseBelow, 0)} mm`) : null,
+      forbidden === "" ? null : swatch(kForbidden, `forbidden to targets: ${forbidden}`),
+      regions.workspace ? swatch(kWorkspace, "workspace of targets", "thin") : null,
     );
+  }
+  /** Colours of three.js' AxesHelper. */
+  private axes(): HTMLElement[] {
+    return ["#ff4040", "#40d040", "#6080ff"].map((color, k) => {
+      const name = h("b", {}, `${"xyz"[k]} `);
+      name.style.color = color;
+      return name;
+    });
   }
 
   setRate(frames: number, scene: number): void {
@@ -129,6 +142,8 @@ export class Hud implements Panel {
     setClass(this.relative, "stale", !live);
     this.updateRelative();
     this.updateHandle();
+    const tips = this.view.arms.filter((arm) => arm.hasTip).map((arm) => this.view.toScreen(arm.tip));
+    setAttribute(this.view.place, "data-tips", tips.map(({ x, y }) => `${x.toFixed(0)},${y.toFixed(0)}`).join(" "));
   }
 
   private updateHandle(): void {

@@ -6,6 +6,7 @@ import type { Context } from "../panels/context";
 import type { TeleopStatus } from "../wire/messages";
 import { TeleopState } from "../wire/messages";
 import type { Slot } from "../wire/link";
+import { closestOf } from "./closeness";
 import type { View } from "./view";
 
 /** Default factor on the drawn radius of tubes: at true scale they are too thin to see. */
@@ -36,11 +37,15 @@ export class Drawing {
     const { world } = this.c;
     let changed = this.again;
     let moved = false;
+    if (this.news(world.clearance)) {
+      this.view.guides.setClearances(world.clearances());
+      this.again = changed = true; // the tubes show it, too
+    }
     this.view.arms.forEach((arm, k) => {
       const slots = world.arms[k]!;
       if (this.news(slots.shape) || this.again) {
         const shape = world.shape(k);
-        if (shape) arm.update(shape, world.joints(k), this.thickness);
+        if (shape) arm.update(shape, world.joints(k), this.thickness, closestOf(k, world.clearances()));
         changed = true;
       }
       const first = !arm.hasTip;
@@ -58,10 +63,6 @@ export class Drawing {
     if (this.news(world.path)) {
       const path = world.planned();
       if (path) this.view.guides.setPath(path);
-      changed = true;
-    }
-    if (this.news(world.clearance)) {
-      this.view.guides.setClearances(world.clearances());
       changed = true;
     }
     const goals = this.news(world.reference) || this.news(world.teleop);

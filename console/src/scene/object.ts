@@ -4,7 +4,6 @@ import * as THREE from "three";
 
 import type { GraspedObject, Pose } from "../state/robot";
 import type { PoseStamped } from "../wire/messages";
-import { kObject } from "./colors";
 
 interface Placed {
   position: THREE.Vector3;
@@ -49,7 +48,7 @@ export class ObjectView {
   constructor(private readonly object: GraspedObject) {
     this.mesh = new THREE.Mesh(
       new THREE.BoxGeometry(object.size, object.size, object.size),
-      new THREE.MeshStandardMaterial({ color: kObject, roughness: 0.6, transparent: true, opacity: 0.65 }),
+      new THREE.MeshStandardMaterial({ color: object.color, roughness: 0.6, transparent: true, opacity: 0.65 }),
     );
     this.mesh.visible = false;
   }

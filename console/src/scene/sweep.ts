@@ -120,6 +120,8 @@ export interface TubeLook {
   angles: ArrayLike<number>;
   /** Half the width of the stripe, rad. */
   stripe: number;
+  /** A second colour, and its share at each point, 0 to 1. */
+  tint?: { color: readonly number[]; share(point: number): number };
 }
 
 /** The ring is duplicated where another tube becomes the outermost one, which makes the step and the colours sharp.
@@ -162,6 +164,7 @@ function writeRing(
   const color = look.colors[Math.min(tube, look.colors.length - 1)]!;
   const radius = from.radius[like]! * scale;
   const stripe = look.angles[tube] ?? 0;
+  const tint = look.tint?.share(i) ?? 0;
   const { normal: r, binormal: b } = frames;
   for (let j = 0; j <= sides; ++j) {
     // Corners are counted from the stripe, so that its edges coincide with corners at every angle.
@@ -175,7 +178,7 @@ function writeRing(
       const out = c * r[3 * i + k]! + s * b[3 * i + k]!;
       mesh.normal[at + k] = out;
       mesh.position[at + k] = from.points[3 * i + k]! + radius * out;
-      mesh.color[at + k] = marked ? 0.06 : color[k]!;
+      mesh.color[at + k] = marked ? 0.06 : (1 - tint) * color[k]! + tint * (look.tint?.color[k] ?? 0);
     }
   }
 }

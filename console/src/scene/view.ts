@@ -5,9 +5,11 @@ import { OrbitControls } from "three/addons/controls/OrbitControls.js";
 
 import type { Robot } from "../state/robot";
 import { shortName } from "../state/descriptions";
-import { ArmView, baseAxis } from "./armview";
+import { ArmView } from "./armview";
+import { baseAxis } from "./base";
 import { Guides } from "./guides";
 import { ObjectView } from "./object";
+import { regionsView } from "./regions";
 
 export const kPresets = ["home", "front", "side", "top", "tips", "endoscope"] as const;
 export type Preset = (typeof kPresets)[number];
@@ -58,7 +60,7 @@ export class View {
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = false; // damping would keep drawing, and move the view under the operator's pointer
     this.controls.addEventListener("change", () => this.touch());
-    this.arms = robot.arms.map((arm, k) => new ArmView(arm, k, shortName(arm.name)));
+    this.arms = robot.arms.map((arm) => new ArmView(arm, shortName(arm.name)));
     this.guides = new Guides(robot.arms.length);
     this.object = robot.object && new ObjectView(robot.object);
     this.into = new THREE.Vector3();
@@ -87,6 +89,7 @@ export class View {
     this.scene.add(this.camera, new THREE.HemisphereLight("#dfe8f5", "#2a3442", 1.1));
     this.scene.add(this.guides.group, this.ruler(), ...this.arms.map((arm) => arm.group));
     if (this.object) this.scene.add(this.object.mesh);
+    this.scene.add(regionsView(robot.regions, this.focus(), 0.1 * this.reach));
     if (robot.port) {
       const { frame, radius } = robot.port;
       const port = new THREE.Mesh(

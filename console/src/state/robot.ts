@@ -26,6 +26,8 @@ export interface Joint {
 
 export interface Tube {
   name: string;
+  /** "#rrggbb" */
+  color: string;
   length: number;
   outer_radius: number;
   inner_radius: number;
@@ -33,6 +35,8 @@ export interface Tube {
 
 export interface Arm {
   name: string;
+  /** "#rrggbb" */
+  color: string;
   base: Pose;
   /** A catheter has one, at its greatest length. */
   tubes: Tube[];
@@ -45,7 +49,29 @@ export interface Arm {
 /** Object that catheters grasp, with contacts in the order of the robot's arms. */
 export interface GraspedObject {
   size: number;
+  /** "#rrggbb" */
+  color: string;
   contacts: { arm: string; type: string; frame: Pose; hand: Pose }[];
+}
+
+/** m, along the axes of the robot's base frame. */
+export interface Box {
+  min: number[];
+  max: number[];
+}
+/** One of a sphere, everything behind a plane, and a box; m, robot base frame. */
+export interface Region {
+  name: string;
+  sphere?: { center: number[]; radius: number };
+  /** The normal points out of the forbidden side. */
+  half_space?: { point: number[]; normal: number[] };
+  box?: Box;
+}
+/** What targets of tips keep out of, and what they stay in. */
+export interface Regions {
+  forbidden: Region[];
+  margin: number;
+  workspace: Box | null;
 }
 
 export interface Parameter {
@@ -75,6 +101,7 @@ export interface Robot {
   arms: Arm[];
   object: GraspedObject | null;
   port: { frame: Pose; radius: number; depth: number } | null;
+  regions: Regions;
   hardware: boolean;
   lock_step: boolean;
   status_period: number;

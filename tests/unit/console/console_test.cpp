@@ -9,6 +9,7 @@
 
 #include "services/console/client_queue.h"
 #include "services/console/markers.h"
+#include "services/console/palette.h"
 #include "services/console/protocol.h"
 
 namespace tandem::console {
@@ -192,7 +193,8 @@ TEST(Marking, EveryPointOfTheShapeIsDrawn) {
       for (int axis = 0; axis < 3; ++axis)
         shape.points.push_back(static_cast<float>(random() % 1000));
     }
-    const dds::MarkerArray array = markersOf(shape, "arm_a", 5);
+    const int arm = static_cast<int>(random() % 4);
+    const dds::MarkerArray array = markersOf(shape, {"arm_a", arm, 3}, 5);
     std::size_t drawn = 0;
     for (std::size_t k = 0; k < array.markers.size(); ++k) {
       const dds::Marker& marker = array.markers[k];
@@ -200,11 +202,13 @@ TEST(Marking, EveryPointOfTheShapeIsDrawn) {
       EXPECT_EQ(marker.frame, "t_base");
       EXPECT_GT(marker.scale[0], 0.0);
       EXPECT_GT(marker.lifetime, 0);
+      EXPECT_EQ(marker.ns, "arm_a");
       if (marker.type == 4)
         drawn += marker.points.size() - (k == 0 ? 0 : 1);
     }
     EXPECT_EQ(drawn, count) << "stretches share the point at which they meet";
     if (count > 0) {
+      EXPECT_EQ(array.markers.front().color, rgba(tubeColor(arm, shape.tubes.front() - 1, 3)));
       EXPECT_EQ(array.markers.back().type, 7);
       EXPECT_EQ(array.markers.back().points[0][2], shape.points.back());
     }
