@@ -13,6 +13,7 @@ import { LogPanel } from "./panels/log";
 import { Notices } from "./panels/notices";
 import { MethodPanel } from "./panels/method";
 import { Operate } from "./panels/operate";
+import { Recording } from "./panels/recording";
 import { Run } from "./panels/run";
 import { StopKey } from "./panels/stop";
 import { tabs } from "./panels/tabs";
@@ -99,7 +100,8 @@ export class App {
     const charts = new Charts(this.c);
     const clock = new Clock(robot, link, (milliseconds) => charts.setRoundTrip(milliseconds));
     const operate = new Operate(this.c);
-    const run = new Run(this.c);
+    const run = new Run(this.c, this.view);
+    const recording = new Recording(this.c);
     const method = new MethodPanel(this.c);
     const hands = robot.capabilities.tips ? new Hands(this.c) : null;
     const header = new Header(this.c);
@@ -108,7 +110,7 @@ export class App {
     const phone = onPhone();
     root.classList.toggle("phone", phone);
     const commands: [string, HTMLElement][] = [
-      ["Operate", h("div", {}, operate.element, run.element)],
+      ["Operate", h("div", {}, operate.element, run.element, recording.element)],
       ["Method", method.element],
       ...(hands ? [["Teleoperate", hands.element] as [string, HTMLElement]] : []),
     ];
@@ -128,6 +130,7 @@ export class App {
       header,
       operate,
       run,
+      recording,
       method,
       ...(hands ? [hands] : []),
       bars,

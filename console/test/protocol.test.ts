@@ -51,24 +51,34 @@ test("what the page sends is what the protocol says", () => {
   });
 });
 
+type Definitions = ReturnType<typeof parse>;
+
+/** A message with random members; lists of unknown length have up to three. */
+function anyMessage(all: Definitions, at: Definitions[number], random: () => number): Record<string, unknown> {
+  const message: Record<string, unknown> = {};
+  for (const field of at.definitions) {
+    if (field.isConstant) continue;
+    const part = all.find(({ name }) => field.isComplex && name === field.type);
+    const one = (): unknown => {
+      if (part) return anyMessage(all, part, random);
+      if (field.type === "string") return Math.random().toString(36);
+      if (field.type === "uint64" || field.type === "int64") return BigInt(Math.floor(random() * 2 ** 52));
+      return field.type.startsWith("float") ? random() : Math.floor(256 * random());
+    };
+    const list = (): unknown[] => Array.from({ length: field.arrayLength ?? Math.floor(4 * random()) }, one);
+    if (!field.isArray) message[field.name] = one();
+    else message[field.name] = part ? list() : Float64Array.from(list() as number[]);
+  }
+  return message;
+}
+
 test.each(messages.map((m) => [m.topic, m] as const))("%s: every member survives the wire", (_, { schema }) => {
   const definition = parse(schema, { ros2: true });
   const random = seeded();
   const writer = new MessageWriter(definition);
   const reader = new MessageReader(definition);
   for (let run = 0; run < 50; ++run) {
-    const message: Record<string, unknown> = {};
-    for (const field of definition[0]!.definitions) {
-      if (field.isConstant) continue;
-      const one = (): unknown => {
-        if (field.type === "string") return Math.random().toString(36);
-        if (field.type === "uint64" || field.type === "int64") return BigInt(Math.floor(random() * 2 ** 52));
-        return field.type.startsWith("float") ? random() : Math.floor(256 * random());
-      };
-      message[field.name] = field.isArray
-        ? Float64Array.from({ length: field.arrayLength! }, () => one() as number)
-        : one();
-    }
+    const message = anyMessage(definition, definition[0]!, random);
     expect(reader.readMessage(writer.writeMessage(message))).toEqual(message);
   }
 });

@@ -5,6 +5,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <charconv>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -124,6 +125,22 @@ std::string_view repeatedParameter(std::string_view query) {
       return nameOfParameter(pair);
   }
   return {};
+}
+
+std::string decoded(std::string_view value) {
+  std::string text;
+  for (std::size_t k = 0; k < value.size(); ++k) {
+    unsigned char byte = 0;
+    const char* const digits = value.data() + k + 1;
+    if (value[k] == '%' && k + 2 < value.size() &&
+        std::from_chars(digits, digits + 2, byte, 16) == std::from_chars_result{digits + 2, {}}) {
+      text += static_cast<char>(byte);
+      k += 2;
+    } else {
+      text += value[k];
+    }
+  }
+  return text;
 }
 
 std::string_view cookieOf(std::string_view cookies, std::string_view name) {

@@ -76,6 +76,8 @@ std::string_view parameterOf(std::string_view query, std::string_view name);
 std::string withoutParameter(std::string_view query, std::string_view name);
 /// Name of a parameter that "a=b&a=c" has twice; empty if there is none.
 std::string_view repeatedParameter(std::string_view query);
+/// A value without percent escapes; what is no escape is kept.
+std::string decoded(std::string_view value);
 /// Value of a cookie in "a=b; c=d"; empty if absent.
 std::string_view cookieOf(std::string_view cookies, std::string_view name);
 

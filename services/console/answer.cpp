@@ -9,6 +9,9 @@
 namespace tandem::console {
 namespace {
 
+/// Paths below this one start, mark and stop a recording.
+constexpr std::string_view kRecording = "/api/recording/";
+
 /// Redirects from an address with a valid token to the same one without it, so that it is neither in the address bar
 /// nor in the browser's history; a cookie keeps it, which scripts cannot read. Links from other sites may have a token,
 /// too.
@@ -67,22 +70,24 @@ std::optional<double> rateOf(std::string_view query) {
   return *end == '\0' && rate >= kLeastRate && rate <= kMostRate ? std::optional(rate) : std::nullopt;
 }
 
-Answer refuse(Context& context, int status, const std::string& why) {
+Answer refuse(Context& context, int status, const std::string& why, const std::string& allowed) {
   if (status != 404)
     ++context.turned_away;
   Answer answer;
   answer.status = status;
   answer.body = nlohmann::json{{"error", why}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
   if (status == 405)
-    answer.headers.emplace_back("Allow", "GET, HEAD");
+    answer.headers.emplace_back("Allow", allowed);
   if (status == 401)
     answer.headers.emplace_back("WWW-Authenticate", "Bearer");
   return answer;
 }
 
 Answer answer(Context& context, const Request& request) {
-  if (!request.get && !request.head)
-    return refuse(context, 405, "expected GET or HEAD");
+  // Requests that change something are posts, to which browsers add the Origin.
+  const bool changes = request.path.starts_with(kRecording);
+  if (changes ? !request.post : !request.get && !request.head)
+    return refuse(context, 405, changes ? "expected POST" : "expected GET or HEAD", changes ? "POST" : "GET, HEAD");
   if (request.path == "/healthz")
     return {200, "application/json", "{\"status\":\"ok\"}\n"};
   if (!context.access.knowsHost(request.access_headers.host))
@@ -92,10 +97,17 @@ Answer answer(Context& context, const Request& request) {
   const AccessDecision decision = context.access.judge(request.access_headers);
   if (!decision.role)
     return refuse(context, decision.status, decision.why);
-  const auto json = context.api(std::string_view(request.path).substr(4), *decision.role, request.address);
-  if (!json)
-    return refuse(context, 404, "expected /api/robot, /api/trajectories, /api/stats or /api/clock");
-  return {200, "application/json", *json, {{"Cache-Control", "no-store"}}};
+  if (changes && *decision.role != dds::Role::kConsoleOperator)
+    return refuse(context, 403, "viewers may not record");
+  try {
+    const auto path = std::string_view(request.path).substr(4);
+    if (const auto json = context.api(path, request.query, *decision.role, request.address))
+      return {200, "application/json", *json, {{"Cache-Control", "no-store"}}};
+  } catch (const std::invalid_argument& invalid) {
+    return refuse(context, 400, invalid.what());
+  }
+  return refuse(context, 404,
+                "expected /api/robot, /api/trajectories, /api/shape, /api/recording, /api/stats or /api/clock");
 }
 
 }  // namespace tandem::console

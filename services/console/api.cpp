@@ -180,6 +180,48 @@ Json describeEnumerations() {
   return texts;
 }
 
+/// Writes the values of a shape by key, SI; nothing for waypoints.
+struct DescribeShape {
+  Json& all;
+  void operator()(const planning::Rectangle& shape) const {
+    Json& values = all["rectangle"];
+    values["first"] = describeVector(shape.first);
+    values["second"] = describeVector(shape.second);
+  }
+  void operator()(const planning::Lissajous& shape) const {
+    Json& values = all["lissajous"];
+    values["amplitude"] = describeVector(shape.amplitude);
+    values["cycles"] = describeVector(shape.cycles);
+    values["phase"] = describeVector(shape.phase);
+  }
+  void operator()(const planning::Circle& shape) const {
+    Json& values = all["circle"];
+    values["center_offset"] = describeVector(shape.center_offset);
+    values["normal"] = describeVector(shape.normal);
+    values["turns"] = shape.turns;
+  }
+  void operator()(const planning::Line& shape) const {
+    all["line"]["displacement"] = describeVector(shape.displacement);
+  }
+  void operator()(const planning::Waypoints&) const {}
+};
+
+/// What a form shows of a trajectory.
+Json describeSpec(const planning::TrajectorySpec& spec) {
+  Json shape = Json::object();
+  std::visit(DescribeShape{shape}, spec.shape);
+  return {{"arm", spec.arm},
+          {"other_arm", spec.other_arm},
+          {"timed", spec.following == planning::Following::kTimed},
+          {"moving", !spec.relative.empty()},
+          {"values",
+           {{"points", spec.point_count},
+            {"speed", spec.speed},
+            {"acceleration", spec.acceleration},
+            {"tolerance", spec.tolerance}}},
+          {"shape", shape}};
+}
+
 }  // namespace
 
 Json describeRobot(const config::Deployment& deployment, const config::Robot& robot) {
@@ -211,19 +253,23 @@ Json describeRobot(const config::Deployment& deployment, const config::Robot& ro
 Json describeTrajectories(const config::Robot& robot) {
   Json all = Json::array();
   const auto add = [&all](const std::filesystem::path& file, const std::string& name, const std::string& yaml,
-                          const std::string& refused = {}) {
-    all.push_back({{"name", name}, {"summary", config::validate(file).text}, {"yaml", yaml}, {"refused", refused}});
+                          const Json& spec, const std::string& refused = {}) {
+    all.push_back({{"name", name},
+                   {"summary", config::validate(file).text},
+                   {"yaml", yaml},
+                   {"spec", spec},
+                   {"refused", refused}});
   };
   const bool paths = has(robot, robots::Capability::kCommonPath);
   for (const auto& file : config::presets(paths ? "path" : "trajectory")) {
     try {
       if (paths) {
         const planning::ObjectPath path = config::loadPath(file);
-        add(file, path.name, config::formatPath(path));
+        add(file, path.name, config::formatPath(path), nullptr);
       } else {
         planning::TrajectorySpec spec = config::loadTrajectory(file);
         const std::string wrong = config::findArms(spec, robot);
-        add(file, spec.name, config::formatTrajectory(spec), wrong);
+        add(file, spec.name, config::formatTrajectory(spec), describeSpec(spec), wrong);
       }
     } catch (const config::Error& error) {
       spdlog::warn("{}", error.what());

@@ -39,7 +39,7 @@ struct Context {
 
 /** The parts of a request that an answer depends on. */
 struct Request {
-  bool head = false, get = false;
+  bool head = false, get = false, post = false;
   bool gzip = false;  ///< the client accepts compressed contents
   std::string path, query, known_etag;
   std::string repeated;  ///< header or parameter that the request has twice; empty: none
@@ -58,8 +58,8 @@ struct Answer {
 Answer answer(Context& context, const Request& request);
 /// Rate in a query; 0 if absent, empty if invalid.
 std::optional<double> rateOf(std::string_view query);
-/// Refusal with its reason, as JSON.
-Answer refuse(Context& context, int status, const std::string& why);
+/// Refusal with its reason, as JSON. @param allowed  methods, of status 405
+Answer refuse(Context& context, int status, const std::string& why, const std::string& allowed = "GET, HEAD");
 
 /// Serves one connection until it closes.
 void servePlain(boost::asio::ip::tcp::socket socket, Context& context);

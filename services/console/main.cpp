@@ -10,7 +10,10 @@
 #include "config/arm_names.h"
 #include "services/console/api.h"
 #include "services/console/markers.h"
+#include "services/console/recording.h"
 #include "services/console/server.h"
+#include "services/console/shapes.h"
+#include "services/recordings/state_folder.h"
 #include "services/runtime/clock_request_handler.h"
 #include "services/runtime/diagnostics.h"
 #include "services/runtime/periodic_loop.h"
@@ -39,6 +42,12 @@ console::Page findPage(const std::filesystem::path& given) {
   if (!given.empty() && !page.present())
     throw std::invalid_argument("--page " + given.string() + ": found no index.html in it");
   return page;
+}
+
+/// Beside those of the black box.
+std::filesystem::path folderOfRecordings(const config::Deployment& deployment) {
+  const auto& given = deployment.black_box.directory;
+  return given.empty() ? recordings::stateFolder("recordings") : given / "recordings";
 }
 
 /** CPU load of this process, in cores, over the last second. */
@@ -82,8 +91,14 @@ class Console {
         markers_(bus_, setup.robot),
         clock_(bus_, setup),
         hub_(bytes_, config::armList(setup.robot), std::to_string(setup.session)),
-        server_(options_, hub_, access_, page_, [this](auto path, auto role, const auto& address) {
-          return answer(path, role, address);
+        shapes_(setup.robot, setup.deployment.model),
+        recording_(
+            setup.deployment,
+            setup.robot,
+            runtime::ofAnyRobot(runtime::busOptions(setup.deployment, setup.name + "-recording", dds::Role::kConsole)),
+            folderOfRecordings(setup.deployment)),
+        server_(options_, hub_, access_, page_, [this](auto path, auto query, auto role, const auto& address) {
+          return answer(path, query, role, address);
         }) {}
 
   void run(runtime::StopSignal& stop) {
@@ -105,7 +120,10 @@ class Console {
     return options;
   }
 
-  std::optional<std::string> answer(std::string_view path, dds::Role role, const std::string& address) {
+  std::optional<std::string> answer(std::string_view path,
+                                    std::string_view query,
+                                    dds::Role role,
+                                    const std::string& address) {
     if (path == "/robot") {
       nlohmann::ordered_json robot = robot_;
       robot["session"] = std::to_string(setup_.session);
@@ -115,11 +133,27 @@ class Console {
     }
     if (path == "/trajectories")
       return trajectories_;
+    if (path == "/shape")
+      return shapes_.at(console::parameterOf(query, "joints"));
+    if (path.starts_with("/recording"))
+      return answerRecording(path, query);
     if (path == "/clock")
       return nlohmann::json{{"now_ms", 1e-6 * static_cast<double>(runtime::wallNow())}}.dump();
     if (path == "/stats")
       return statistics();
     return std::nullopt;
+  }
+
+  std::optional<std::string> answerRecording(std::string_view path, std::string_view query) {
+    if (path == "/recording/start")
+      recording_.start();
+    else if (path == "/recording/mark")
+      recording_.mark(console::decoded(console::parameterOf(query, "text")));
+    else if (path == "/recording/stop")
+      recording_.stop();
+    else if (path != "/recording")
+      return std::nullopt;
+    return recording_.state().dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   }
 
   std::string statistics() {
@@ -170,6 +204,8 @@ class Console {
   console::Markers markers_;
   runtime::ClockRequestHandler clock_;
   console::Hub hub_;
+  console::Shapes shapes_;
+  console::Recording recording_;
   console::Server server_;
   Load load_;
 };

@@ -28,6 +28,7 @@ inline Request requestOf(const boost::beast::http::request<boost::beast::http::e
   Request request;
   request.get = message.method() == boost::beast::http::verb::get;
   request.head = message.method() == boost::beast::http::verb::head;
+  request.post = message.method() == boost::beast::http::verb::post;
   const std::string target(message.target().data(), message.target().size());
   const auto mark = target.find('?');
   request.path = target.substr(0, mark);

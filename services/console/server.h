@@ -48,8 +48,9 @@ struct ServerReport {
 class Server {
  public:
   /// Answer to a path below /api, as JSON; empty if there is no such path. @param address  of the client
-  using Api =
-      std::function<std::optional<std::string>(std::string_view path, dds::Role role, const std::string& address)>;
+  /// @throw std::invalid_argument with the reason of an invalid query
+  using Api = std::function<std::optional<
+      std::string>(std::string_view path, std::string_view query, dds::Role role, const std::string& address)>;
 
   /// Binds. All arguments must outlive the server.
   /// @throw std::invalid_argument with key and file of an invalid certificate or key, or with the address that cannot

@@ -5,6 +5,7 @@
 
 #include "operation/convert.h"
 #include "robots/capability.h"
+#include "robots/display_shape.h"
 #include "safety/operating_state.h"
 #include "services/control/crtk_command_handler.h"
 #include "services/runtime/identity.h"
@@ -12,11 +13,7 @@
 #include "services/runtime/periodic_loop.h"
 
 namespace tandem::control_service {
-namespace {
-
-constexpr int kShapePoints = 60;
-
-}  // namespace
+namespace {}  // namespace
 
 CrtkPublisher::Ends::Ends(dds::Bus& bus, const std::string& group)
     : measured_js(bus.writer(dds::kMeasuredJs, group)),
@@ -253,23 +250,15 @@ void CrtkPublisher::publishCatheter(Arm& arm, int k) {
 }
 
 void CrtkPublisher::publishShape(Arm& arm, int k, const Eigen::VectorXd& q) {
-  const auto model = robot_.models()[static_cast<std::size_t>(k)];
-  if (model->shape(q, kinematics::Wrench::Zero(), arm.branch, kShapePoints, shape_) != kinematics::ModelStatus::kOk)
+  robots::DisplayShape body;
+  if (!displayShape(*robot_.models()[static_cast<std::size_t>(k)], q, arm.branch, shape_, body))
     return;
   dds::Shape shape;
   shape.stamp = stamp_;
   shape.frame = frame_;
-  kinematics::BodySections sections;
-  const int count = model->sections(q, sections);
-  std::size_t section = 0;
-  for (const kinematics::ShapePoint& point : shape_) {
-    for (double x : point.pose.translation())
-      shape.points.push_back(static_cast<float>(x));
-    shape.tubes.push_back(static_cast<std::uint8_t>(point.outermost_tube));
-    while (static_cast<int>(section) + 1 < count && point.s > sections[section].end)
-      ++section;
-    shape.outer_radius.push_back(static_cast<float>(sections[section].radius));
-  }
+  shape.points = std::move(body.points);
+  shape.tubes = std::move(body.tubes);
+  shape.outer_radius = std::move(body.outer_radius);
   arm.shape.write(shape);
 }
 

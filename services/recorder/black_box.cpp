@@ -9,6 +9,8 @@
 #include <chrono>
 #include <system_error>
 
+#include "services/recordings/state_folder.h"
+
 namespace tandem::recorder {
 namespace {
 
@@ -17,24 +19,12 @@ constexpr std::size_t kMegabyte = 1'000'000;
 
 std::uint64_t nanoseconds(double seconds) { return static_cast<std::uint64_t>(1e9 * seconds); }
 
-const char* environment(const char* name) {
-  const char* value = std::getenv(name);
-  return value == nullptr || *value == '\0' ? nullptr : value;
-}
-
 }  // namespace
 
 std::filesystem::path blackBoxDirectory(const config::Deployment& deployment) {
   if (!deployment.black_box.directory.empty())
     return deployment.black_box.directory;
-  std::filesystem::path state = "/var/lib/tandem";
-  if (const char* systemd = environment("STATE_DIRECTORY"))
-    state = systemd;
-  else if (const char* xdg = environment("XDG_STATE_HOME"))
-    state = std::filesystem::path(xdg) / "tandem";
-  else if (const char* home = environment("HOME"))
-    state = std::filesystem::path(home) / ".local" / "state" / "tandem";
-  return state / "black-box";
+  return recordings::stateFolder("black-box");
 }
 
 BlackBox::BlackBox(const config::Deployment& deployment, const config::Robot& robot, std::vector<dds::TopicInfo> topics)

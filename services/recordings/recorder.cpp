@@ -26,6 +26,11 @@ void Recorder::open() {
   opened_ = flushed_ = wallClock();
 }
 
+void Recorder::add(const recording::Metadata& metadata) {
+  if (out_)
+    out_->mcap().add(metadata);
+}
+
 void Recorder::drain() {
   if (!out_)
     return;

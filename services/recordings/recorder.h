@@ -36,6 +36,8 @@ class Recorder {
   /// Stores a sample; tag.topic is an index into `topics`. Any thread; never waits for the disk.
   void take(const recording::SampleTag& tag, std::string_view bytes) { ring_.push(tag, bytes); }
 
+  /// Adds metadata to the present file. From the thread of drain(). @throw std::system_error as drain().
+  void add(const recording::Metadata& metadata);
   /// Writes all stored samples. @throw std::system_error after a write error; the file is then closed and readable.
   void drain();
   /// Calls drain() and finishes the file.

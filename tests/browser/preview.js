@@ -3,6 +3,8 @@
 // Preview.
 "use strict";
 const assert = require("node:assert");
+const { spawnSync } = require("node:child_process");
+const { differing, monotonic } = require("./harness.js");
 
 /** Overlays of the scene that cover a tip, and whether the legend lies outside the scene. Runs in the page. */
 const covered = () => {
@@ -23,9 +25,132 @@ const covered = () => {
   );
 };
 
-module.exports = ({ me, robot, run, shot }) => {
+module.exports = ({ me, robot, server, run, shot, open }) => {
   const page = () => me().page;
+  /** Text of the trajectory, as an operator types it. */
+  async function type(yaml) {
+    await page().$eval("#trajectory-text", (element) => (element.closest("details").open = true));
+    await page().fill("#trajectory-text", yaml);
+  }
+  const line = (length, points = 20) =>
+    [
+      "tandem: trajectory/1",
+      "name: typed",
+      "tasks: [{relative: [a, b]}, {tip: a}]",
+      `shape: {line: {displacement_mm: [0, ${length}, 0]}}`,
+      `points: ${points}`,
+      "following: timed",
+    ].join("\n");
+  const scene = () => me().scene();
+  /** Waits until all that is known is drawn. */
+  async function drawn() {
+    for (let k = 0; k < 2; ++k) {
+      const before = await page().getAttribute("#fps", "data-frames");
+      await page().waitForFunction((was) => document.getElementById("fps").dataset.frames !== was, before);
+    }
+  }
+
   return {
+    async "preview: a trajectory is checked before its start, and shown"() {
+      await me().tab("operate");
+      await me().text("#run-check", /Not checked: take control, or choose a trajectory/);
+      const before = await scene();
+      await me().choose("trajectory", "lissajous");
+      await me().text("#run-check", /^✓ All 100 points can be reached\. nspqp needs \d+ control periods/);
+      await me().waitForScene("the checked path is drawn", (s) => differing(s, before) > 10);
+      assert.strictEqual(await page().getAttribute("#run-start", "aria-describedby"), "run-check");
+      await shot("console-check");
+
+      await type(line(60, 6)); // few: planning searches long for each point that cannot be reached
+      await me().text("#run-check", /^✕ \d+ of 6 points cannot be reached\. Point \d+: arm a: .* mm/);
+      await page().waitForSelector('#run-check[data-level="bad"]');
+      await shot("console-check-missed");
+      await type(line(10, "many"));
+      await me().text("#run-check", /^✕ .*points/);
+      await type(line(10).replace("points:", "pionts:"));
+      await me().text("#run-check", /^✕ .*pionts.*did you mean .*points/);
+    },
+
+    async "preview: ghosts follow the checked trajectory, and the robot stands"() {
+      const since = monotonic();
+      await type(line(15));
+      await me().text("#run-check", /^✓ All 20 points/);
+      await drawn();
+      const before = await scene();
+      await me().press("#run-preview");
+      await me().text("#preview-note", /PREVIEW, not the robot: point 1\d of 20/);
+      // The notice is no part of the scene: only ghosts change it.
+      await me().waitForScene("ghosts are drawn", (s) => differing(s, before) > 20);
+      await shot("console-preview");
+      await page().waitForSelector("#preview-note[hidden]", { state: "attached" });
+      await me().waitForScene("ghosts are gone", (s) => differing(s, before) < 5);
+      await robot().until("be observed", () => true);
+      assert.ok(robot().changed < since, "a joint moved in the preview");
+    },
+
+    async "preview: a trajectory is made with a form, and the server's parser names the wrong field"() {
+      await page().$eval("#trajectory-form", (element) => (element.open = true));
+      const yaml = () => page().inputValue("#trajectory-text");
+      await me().choose("trajectory", "line");
+      await me().choose("trajectory", "lissajous");
+      assert.strictEqual(await page().inputValue('[data-key="amplitude_mm"] >> nth=1'), "10");
+      for (const shape of ["line", "rectangle", "circle"]) {
+        await me().choose("form-shape", shape);
+        await me().text("#form-caption", /mm; ○ start/);
+        assert.match(await yaml(), new RegExp(`  ${shape}:\n`));
+        await me().text("#run-check", /^(✓ All|✕ \d+ of) 100 points/);
+      }
+      await page().fill('[data-key="points"]', "40");
+      await page().fill('[data-key="center_offset_mm"] >> nth=1', "6");
+      assert.match(await yaml(), /center_offset_mm: \[0, 6, 0\]/);
+      await me().text("#run-check", /^✓ All 40 points/);
+      await page().locator("#trajectory-form").scrollIntoViewIfNeeded();
+      await shot("console-form");
+      await page().fill('[data-key="speed_mm_per_s"]', "fast");
+      await page().waitForSelector('[data-key="speed_mm_per_s"][aria-invalid="true"]');
+      assert.match(await me().text("#run-check", /✕/), /speed_mm_per_s: found the text "fast", expected a speed/);
+      assert.strictEqual(await page().getAttribute('[data-key="points"]', "aria-invalid"), "false");
+      await page().fill('[data-key="speed_mm_per_s"]', "3");
+      await page().waitForSelector('[data-key="speed_mm_per_s"][aria-invalid="false"]');
+      await page().fill("#trajectory-text", `${await yaml()}\n`);
+      await me().text("#form-note", /not that of this form/);
+      await page().$eval("#trajectory-form", (element) => (element.open = false));
+    },
+
+    async "preview: after a run the arms stand elsewhere, and the check is repeated"() {
+      await run();
+      await me().text("#run-check", /Not checked: a trajectory runs|The arms have moved/);
+      await me().press("#run-end");
+      await me().text("#run-check", /^(✓ All|✕) .*points/);
+    },
+
+    async "preview: all topics are recorded, with marks, from the page"() {
+      await me().text("#recording", /Nothing was recorded yet/);
+      await page().waitForSelector('#record-mark[aria-disabled="true"][title="Nothing is recorded."]');
+      await me().press("#record");
+      await me().text("#recording", /● RECORDING \d+ s, [1-9]\d* messages/);
+      await page().fill("#record-mark-text", "the tips touch: 100 % & more");
+      await me().press("#record-mark");
+      await me().text("#recording", /1 mark \(last: the tips touch: 100 % & more, at/);
+      await page().locator("#recording").scrollIntoViewIfNeeded();
+      await shot("console-recording");
+      const other = await open();
+      await other.text("#recording", /● RECORDING/);
+      await other.press("#record");
+      await other.page.context().close();
+      await me().text("#recording", /^Recorded \d+ s, \d+ messages/);
+      await me().said(/Recording: Recorded/);
+      const file = await page().getAttribute("#recording", "title");
+      const info = spawnSync(robot().tandem, ["info", file, "--json"], { encoding: "utf8" });
+      const found = JSON.parse(info.stdout);
+      assert.strictEqual(found.metadata["mark 1"].text, "the tips touch: 100 % & more");
+      const topics = JSON.stringify(found);
+      for (const topic of ["actuation/state", "control/status", "hal/status"]) assert.ok(topics.includes(topic), topic);
+      const refused = await fetch(`${server.url}/api/recording/stop`, { method: "POST" });
+      assert.strictEqual(refused.status, 400);
+      assert.match(await refused.text(), /nothing is recorded/);
+    },
+
     async "preview: the legend covers no tip, with any camera and size"() {
       await me().text("#legend", /A tube 1.*B tube 3.*frames of the tips.*forbidden to targets: vessel, wall/);
       await page().waitForSelector('#view[data-tips*=" "]');
@@ -37,8 +162,7 @@ module.exports = ({ me, robot, run, shot }) => {
         await me().resize(width, height);
         for (const camera of ["1", "2", "3", "4", "5", "6"]) {
           await page().click(`[data-camera="${camera}"]`);
-          const before = await page().getAttribute("#fps", "data-frames");
-          await page().waitForFunction((was) => document.getElementById("fps").dataset.frames !== was, before);
+          await drawn();
           const tips = await page().getAttribute("#view", "data-tips");
           assert.deepStrictEqual(await page().evaluate(covered), [], `camera ${camera}, ${width} x ${height}: ${tips}`);
           if (width === 1280) await shot(`preview-camera-${camera}`);

@@ -58,7 +58,7 @@ OWN = {
     "control": unit(2048, -900, "2s", **realtime(20)),
     "planning": unit(1024, -900, "10s", **realtime(10)),
     "recorder": unit(1024, 0, "10s", Nice="5", StateDirectory="tandem"),
-    "console": unit(1536, 0, "10s", Nice="5"),
+    "console": unit(1536, 0, "10s", Nice="5", StateDirectory="tandem"),
 }
 # Relations to other units, among those that systemd adds automatically.
 RELATIONS = {name: {"PartOf": {"tandem@{}.target"}, "Wants": {"network-online.target"}, "After": {"network-online.target"},

@@ -87,7 +87,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static std::uint64_t nothing = 0;
   // An answer asks the hub nothing.
   console::Context context{reinterpret_cast<console::Hub&>(nothing), ours.access(), ours.page(),
-                           [](std::string_view path, dds::Role, const std::string&) {
+                           [](std::string_view path, std::string_view, dds::Role, const std::string&) {
                              return path == "/robot" ? std::optional(kData) : std::nullopt;
                            }};
   const std::string_view bytes = fuzz::textOf(data, size);

@@ -11,13 +11,20 @@ import { reachesPhase, whyNot } from "./context";
 import { Choice, Reasons } from "./choice";
 import { action, card, h, setAttribute, setClass, setShown, setText, setUsable } from "./dom";
 import { confirmed } from "./hold";
+import { TrajectoryForm } from "./form";
+import { Preview } from "./preview";
+import { formOf } from "../state/shape";
+import type { View } from "../scene/view";
 import { millimetres } from "../state/numbers";
 
 export class Run implements Panel {
   readonly element: HTMLElement;
   /** Beside the stop button, at any size of the window. */
   readonly controls: HTMLElement;
-  private readonly choice = new Choice("trajectory", "Trajectory", [], () => this.show());
+  private readonly choice = new Choice("trajectory", "Trajectory", [], () => {
+    this.chosen = true;
+    this.show();
+  });
   private readonly text = h("textarea", {
     id: "trajectory-text",
     rows: "6",
@@ -37,8 +44,29 @@ export class Run implements Panel {
   private readonly stop: HTMLButtonElement;
   private trajectories: Trajectory[] = [];
 
-  constructor(private readonly c: Context) {
+  private readonly preview: Preview;
+  private readonly form: TrajectoryForm;
+  /** The operator has chosen or edited the trajectory. */
+  private chosen = false;
+
+  constructor(
+    private readonly c: Context,
+    view: View,
+  ) {
     const { commander, orders } = c;
+    this.preview = new Preview(c, view);
+    this.text.addEventListener("input", () => {
+      this.chosen = true;
+      this.form.follows(false);
+    });
+    this.form = new TrajectoryForm(
+      c.robot.arms.map(({ name }) => name),
+      (yaml) => {
+        this.chosen = true;
+        this.text.value = yaml;
+      },
+    );
+    setShown(this.form.element, c.robot.capabilities.tips);
     const runs = [Phase.running, Phase.finished, Phase.failed];
     this.start = action(
       "Start",
@@ -62,13 +90,16 @@ export class Run implements Panel {
       () => void orders.give("Ending the trajectory", commander.stopTrajectory(), reachesPhase(c, [Phase.idle])),
     );
     [this.start.id, this.pause.id, this.resume.id, this.stop.id] = ["run-start", "run-pause", "run-resume", "run-end"];
+    this.start.setAttribute("aria-describedby", this.preview.text.id);
     this.limits = c.notices.line("limits", { id: "limits" });
     this.element = card(
       "Trajectory",
       this.choice.element,
-      h("div.row", {}, this.start),
+      h("div.row", {}, this.start, this.preview.button),
+      this.preview.text,
       this.reasons.element,
-      h("details", {}, h("summary", {}, "As YAML, editable before the start"), this.text),
+      this.form.element,
+      h("details", { id: "trajectory-yaml" }, h("summary", {}, "As YAML, editable before the start"), this.text),
       this.result,
     );
     this.controls = h(
@@ -93,7 +124,15 @@ export class Run implements Panel {
     }
   }
   private show(): void {
-    this.text.value = this.trajectories.find((t) => t.name === this.choice.value)?.yaml ?? "";
+    const found = this.trajectories.find((t) => t.name === this.choice.value);
+    this.text.value = found?.yaml ?? "";
+    this.form.show(
+      formOf(
+        this.choice.value,
+        found?.spec ?? null,
+        this.c.robot.arms.map(({ name }) => name),
+      ),
+    );
   }
 
   /** Result of the last run, from its end to the start of the next. */
@@ -137,6 +176,8 @@ export class Run implements Panel {
     const start = whyNot(this.c, "start", now) || (this.text.value === "" ? "There is no trajectory." : "");
     setUsable(this.start, start);
     this.reasons.show([["Start", start]]);
+    this.preview.update(now, this.text.value, this.chosen);
+    this.form.blame(this.preview.refusal);
     this.resume.dataset["help"] = `Hold for a second: ${this.c.world.continues()}`;
     setUsable(this.pause, whyNot(this.c, "pauseTrajectory", now));
     setUsable(this.resume, whyNot(this.c, "resumeTrajectory", now));

@@ -88,6 +88,11 @@ export class Guides {
     this.path.computeLineDistances();
   }
 
+  /** The path of the last run. */
+  showPath(shown: boolean): void {
+    this.path.visible = shown;
+  }
+
   /** Targets of the present tasks: for an arm without one, it follows from the relative position. */
   setReference(reference: PlanningReference, tips: readonly (THREE.Vector3 | null)[]): void {
     const wanted: (number[] | null)[] = this.targets.map(() => null);

@@ -9,6 +9,7 @@ import { ArmView } from "./armview";
 import { baseAxis } from "./base";
 import { Guides } from "./guides";
 import { ObjectView } from "./object";
+import { PreviewView } from "./preview";
 import { regionsView } from "./regions";
 
 export const kPresets = ["home", "front", "side", "top", "tips", "endoscope"] as const;
@@ -20,6 +21,8 @@ const kSoftwareGap = 100; // ms
 export class View {
   readonly arms: ArmView[];
   readonly guides: Guides;
+  /** A checked trajectory. */
+  readonly preview: PreviewView;
   /** Grasped object. */
   readonly object: ObjectView | null;
   readonly camera: THREE.PerspectiveCamera;
@@ -62,6 +65,7 @@ export class View {
     this.controls.addEventListener("change", () => this.touch());
     this.arms = robot.arms.map((arm) => new ArmView(arm, shortName(arm.name)));
     this.guides = new Guides(robot.arms.length);
+    this.preview = new PreviewView(robot.arms);
     this.object = robot.object && new ObjectView(robot.object);
     this.into = new THREE.Vector3();
     this.middle = new THREE.Vector3();
@@ -87,7 +91,7 @@ export class View {
     this.camera.add(key); // the light moves with the camera, so that visible sides are always lit
     key.position.set(0.3, 0.6, 1);
     this.scene.add(this.camera, new THREE.HemisphereLight("#dfe8f5", "#2a3442", 1.1));
-    this.scene.add(this.guides.group, this.ruler(), ...this.arms.map((arm) => arm.group));
+    this.scene.add(this.guides.group, this.preview.group, this.ruler(), ...this.arms.map((arm) => arm.group));
     if (this.object) this.scene.add(this.object.mesh);
     this.scene.add(regionsView(robot.regions, this.focus(), 0.1 * this.reach));
     if (robot.port) {

@@ -178,8 +178,27 @@ export class Commander {
     return this.ask("planning/request", { kind, trajectory, planned: 0 });
   }
 
-  private ask(topic: string, what: object): Promise<Answer> {
+  /** Asks planning to compute; progress and result carry the number of the request. Needs no lease: nothing moves. */
+  compute(what: object): { request: bigint; answer: Promise<Answer> } {
     const request = this.nextRequest++;
+    return {
+      request,
+      answer: this.ask("planning/compute", { ...emptyComputation, computation: 0n, ...what }, request),
+    };
+  }
+  /** Cancels a computation of this client, or keeps it alive. */
+  tellComputation(kind: number, computation: bigint): void {
+    this.link.publish(this.topic("planning/compute"), {
+      ...emptyComputation,
+      fingerprint: this.fingerprint,
+      client: this.client,
+      request: this.nextRequest++,
+      kind,
+      computation,
+    });
+  }
+
+  private ask(topic: string, what: object, request = this.nextRequest++): Promise<Answer> {
     return new Promise((resolve) => {
       const fail = (reason: string): void => resolve({ accepted: false, code: 8, reason, value: 0, took: 0 });
       if (
@@ -213,6 +232,27 @@ export class Commander {
     });
   }
 }
+
+const emptyComputation = {
+  trajectory: "",
+  joints: [],
+  targets: [],
+  stability: 0,
+  arms_may_touch: 0,
+  clearance: 0,
+  port_radius: 0,
+  port_depth: 0,
+  accept: 0,
+  starts: 0,
+  seed: 0n,
+  rehearse: "",
+  smoothing: 0,
+  tries: 0,
+  translation_acceleration: 0,
+  rotation_velocity: 0,
+  rotation_acceleration: 0,
+  time_limit: 0,
+};
 
 const emptyControl = {
   request: 0n,

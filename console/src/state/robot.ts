@@ -120,8 +120,24 @@ export interface Robot {
   descriptions: Descriptions;
 }
 
+/** A trajectory as values in SI units. */
+export interface TrajectorySpec {
+  /** Index; -1 for the other one: no relative position. */
+  arm: number;
+  other_arm: number;
+  timed: boolean;
+  /** The relative position moves, too. */
+  moving: boolean;
+  /** points, speed, acceleration, tolerance */
+  values: Record<string, number | number[]>;
+  /** One shape, with the values of its keys. */
+  shape: Partial<Record<string, Record<string, number | number[]>>>;
+}
+
 export interface Trajectory {
   name: string;
+  /** null: of a path of the common object */
+  spec: TrajectorySpec | null;
   summary: string;
   yaml: string;
   refused: string; // why this robot cannot run it; empty: it can
@@ -143,10 +159,13 @@ export function parametersOf(robot: Robot, method: string): Parameter[] {
 /** The server requires a token, and the browser has none, or another one. The message is the server's. */
 export class TokenRequired extends Error {}
 
-/** @throw TokenRequired, or Error with the address and the reply. */
-export async function fetchJson<T>(path: string): Promise<T> {
-  const answer = await fetch(path, { cache: "no-store" });
-  if (answer.status === 401) throw new TokenRequired(((await answer.json()) as { error: string }).error);
-  if (!answer.ok) throw new Error(`${path}: the server replied ${answer.status} ${answer.statusText}`);
-  return (await answer.json()) as T;
+/** @param query  of the path @throw TokenRequired, or Error with the address, the reply, and the reason in it. */
+export async function fetchJson<T>(path: string, query = "", method: "GET" | "POST" = "GET"): Promise<T> {
+  const answer = await fetch(query === "" ? path : `${path}?${query}`, { cache: "no-store", method });
+  if (answer.ok) return (await answer.json()) as T;
+  const why = (await answer.json().catch(() => ({}))) as { error?: string };
+  if (answer.status === 401) throw new TokenRequired(why.error);
+  throw new Error(
+    `${path}: the server replied ${answer.status} ${answer.statusText}${why.error ? `: ${why.error}` : ""}`,
+  );
 }

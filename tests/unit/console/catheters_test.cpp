@@ -163,8 +163,17 @@ TEST(Page, TrajectoriesThatTheRobotCannotRunHaveTheReason) {
     refused += reason.find("found arm b") != std::string::npos ? 1 : 0;
   }
   EXPECT_GE(refused, 4);
-  for (const auto& trajectory : describeTrajectories(two))
+  for (const auto& trajectory : describeTrajectories(two)) {
     EXPECT_EQ(trajectory["refused"], "") << trajectory["name"];
+    const auto& spec = trajectory["spec"];
+    EXPECT_EQ(spec["shape"].size(), 1u) << trajectory["name"];
+    EXPECT_EQ(spec["values"]["points"], 100);
+    if (trajectory["name"] == "circle") {
+      EXPECT_EQ(spec["shape"]["circle"]["center_offset"], (std::vector<double>{0, 0.01, 0}));
+      EXPECT_EQ(spec["values"]["speed"], 0.002);
+      EXPECT_EQ(spec["other_arm"], 1);
+    }
+  }
 }
 
 /// The tests of the page read descriptions.json, generated from idl/ together with the C++ of the server.
