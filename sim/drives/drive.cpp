@@ -70,6 +70,11 @@ Drive::Drive(const DriveSpec& spec, const Eds& eds)
   for (const std::uint16_t index : {0x607D, 0x6099, 0x60C2, 0x608F, 0x60FE})
     dictionary().require(index, 2);
   setHabits(spec.habits);
+  Switches& switches = spec_.switches;
+  if (switches.at_ends && !switches.negative && std::isfinite(spec.motor.low))
+    switches.negative = spec.motor.low;
+  if (switches.at_ends && !switches.positive && std::isfinite(spec.motor.high))
+    switches.positive = spec.motor.high;
   const double counts = static_cast<double>(dictionary().require(0x608F, 1).value) /
                         std::max<double>(1.0, static_cast<double>(dictionary().require(0x608F, 2).value));
   spec_.velocity_unit = unitOf(dictionary().visible({0x60A9, 0}), counts, spec.velocity_unit);
@@ -89,7 +94,7 @@ void Drive::resetApplication() noexcept {
   if (!powered() && spec_.incremental)
     zero_ = -motor_.position();
   brake_ = {};
-  homing_ = Homing::kIdle;
+  search_.reset();
   next_target_.reset();
   acknowledged_ = false;
   last_word_ = 0;
@@ -111,8 +116,8 @@ void Drive::enter(DriveState state) noexcept {
     halted_ = false;
     profile_target_ = demand_;
     next_target_.reset();
-    if (homing_ != Homing::kDone)
-      homing_ = Homing::kIdle;
+    if (search_.state() != HomingSearch::State::kDone)
+      search_.reset();
   }
 }
 
@@ -131,10 +136,8 @@ SdoAbort Drive::accept(const Entry& entry, std::int64_t value) const noexcept {
     const bool known = value == 0 || (value >= 1 && value <= 32 && (supported >> (value - 1) & 1) != 0);
     return known ? SdoAbort::kNone : SdoAbort::kValueRange;
   }
-  if (index == 0x6098) {
-    const bool known = value == 17 || value == 18 || value == 33 || value == 34 || value == 35 || value == 37;
-    return known ? SdoAbort::kNone : SdoAbort::kValueRange;
-  }
+  if (index == 0x6098)
+    return supportsHoming(value) ? SdoAbort::kNone : SdoAbort::kValueRange;
   if (index == 0x605A && value == 4)
     return SdoAbort::kValueRange;
   // Parameters of stops and limits cannot change while the motor moves.
@@ -161,8 +164,9 @@ void Drive::onControlword(std::uint16_t word) noexcept {
     if ((word & kStartBit) == 0 && !next_target_)
       acknowledged_ = false;
   } else if (mode() == kHomingMode && (rising & kStartBit) != 0) {
-    homing_ = Homing::kSearch;
-    last_homing_position_ = motor_.position();
+    search_.start(dictionary().require(0x6098).value, spec_.switches, motor_.position(), countsPerRevolution());
+    homing_stall_ = 0.0;
+    homed_ = false;
   }
 }
 

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "sim/drives/device.h"
+#include "sim/drives/homing_search.h"
 #include "sim/drives/motor.h"
 
 namespace tandem::sim::drives {
@@ -47,6 +48,7 @@ struct DriveSpec {
   double velocity_unit = 0.0, acceleration_unit = 0.0;
   Habits habits;
   std::optional<BrakeSpec> brake;
+  Switches switches;
   MotorParameters motor;
 };
 
@@ -112,7 +114,6 @@ class Drive final : public Device {
     DriveState then = DriveState::kSwitchOnDisabled;
     bool stay = false;  ///< keeps the present state
   };
-  enum class Homing : std::uint8_t { kIdle, kSearch, kBackOff, kIndex, kDone, kError };
 
   void step(double dt) noexcept override;
   void refresh() noexcept override;
@@ -152,6 +153,8 @@ class Drive final : public Device {
   void takeSetPoint() noexcept;
   void homing(double dt) noexcept;
   void homed() noexcept;
+  bool supportsHoming(std::int64_t method) const noexcept;
+  double countsPerRevolution() noexcept;
   void approach(double velocity, double acceleration, double dt) noexcept;
   void takeTarget() noexcept;
   double limited(double target) noexcept;
@@ -183,8 +186,9 @@ class Drive final : public Device {
   double profile_target_ = 0.0;
   std::optional<double> next_target_;
   bool acknowledged_ = false;
-  Homing homing_ = Homing::kIdle;
-  double last_homing_position_ = 0.0;
+  HomingSearch search_;
+  bool homed_ = false;         ///< the end of the search has set the zero
+  double homing_stall_ = 0.0;  ///< time for which the motor has not followed a search, s
   std::int32_t held_reading_ = 0;
 };
 

@@ -19,8 +19,7 @@ double Drive::velocityOf(std::uint16_t index, std::uint8_t sub) noexcept {
 
 /// The smaller of 607F and 6080, which is in rpm.
 double Drive::fastest() noexcept {
-  const double motor = number(dictionary().require(0x6080)) / 60.0 * number(dictionary().require(0x608F, 1)) /
-                       std::max(1.0, number(dictionary().require(0x608F, 2)));
+  const double motor = number(dictionary().require(0x6080)) / 60.0 * countsPerRevolution();
   return std::min(velocityOf(0x607F), motor);
 }
 
@@ -195,44 +194,44 @@ void Drive::profilePosition(double dt) noexcept {
   reached_time_ = inside ? reached_time_ + dt : 0.0;
 }
 
+double Drive::countsPerRevolution() noexcept {
+  return number(dictionary().require(0x608F, 1)) / std::max(1.0, number(dictionary().require(0x608F, 2)));
+}
+
+/// Of those that the simulation knows, the ones that the data sheet lists (60E3); all of them if it lists none.
+bool Drive::supportsHoming(std::int64_t method) const noexcept {
+  if (!HomingMethod::ofNumber(method))
+    return false;
+  bool listed = false;
+  for (std::uint8_t sub = 1; const Entry* entry = dictionary().find({0x60E3, sub}); ++sub) {
+    if (entry->value == method)
+      return true;
+    listed = true;
+  }
+  return !listed;
+}
+
 void Drive::homing(double dt) noexcept {
+  constexpr double kStall = 0.02;     // s
+  constexpr double kStanding = 1e-3;  // of the largest speed
   const double acceleration = accelerationOf(0x609A);
-  const double fast = velocityOf(0x6099, 1), slow = velocityOf(0x6099, 2);
-  const std::int64_t method = dictionary().require(0x6098).value;
-  if (homing_ == Homing::kIdle || homing_ == Homing::kDone || homing_ == Homing::kError) {
+  if (search_.state() != HomingSearch::State::kRunning) {
+    // The search may have ended at its start.
     slowDown(acceleration, dt);
-    return;
-  }
-  if (method == 35 || method == 37) {
-    homed();
-    return;
-  }
-  if (method == 33 || method == 34) {
-    approach(method == 33 ? -slow : slow, acceleration, dt);
-    const double resolution = number(dictionary().require(0x608F, 1));
-    const bool index = std::floor(motor_.position() / resolution) != std::floor(last_homing_position_ / resolution);
-    last_homing_position_ = motor_.position();
-    if (index)
-      homed();
-    return;
-  }
-  const double outward = method == 17 ? -1.0 : 1.0;
-  const bool pressed = method == 17 ? motor_.atLowEnd() : motor_.atHighEnd();
-  const double end = method == 17 ? spec_.motor.low : spec_.motor.high;
-  if (!std::isfinite(end)) {
-    homing_ = Homing::kError;
-  } else if (homing_ == Homing::kSearch) {
-    approach(outward * fast, acceleration, dt);
-    if (pressed) {
-      homing_ = Homing::kBackOff;
+  } else {
+    approach(search_.direction() * velocityOf(0x6099, search_.slow() ? 2 : 1), acceleration, dt);
+    // A switch at a mechanical end: the demand does not run ahead of the motor.
+    const bool stands = std::abs(motor_.velocity()) < kStanding * spec_.motor.max_velocity;
+    homing_stall_ = stands && demand_velocity_ != 0.0 ? homing_stall_ + dt : 0.0;
+    const int direction = search_.direction();
+    search_.step(motor_.position(), homing_stall_ > kStall);
+    if (search_.direction() != direction && (motor_.atLowEnd() || motor_.atHighEnd())) {
       demand_ = position();
       demand_velocity_ = 0.0;
     }
-  } else {
-    approach(-outward * slow, acceleration, dt);
-    if (!pressed)
-      homed();
   }
+  if (search_.state() == HomingSearch::State::kDone && !homed_)
+    homed();
 }
 
 void Drive::homed() noexcept {
@@ -240,7 +239,7 @@ void Drive::homed() noexcept {
   zero_ = number(dictionary().require(0x607C)) - motor_.position();
   demand_ = position() + lag;
   profile_target_ = segment_start_ = segment_end_ = demand_;
-  homing_ = Homing::kDone;
+  homed_ = true;
 }
 
 }  // namespace tandem::sim::drives

@@ -33,8 +33,9 @@ void Drive::refresh() noexcept {
   torque_.value = std::clamp<std::int64_t>(std::llround(motor_.torque()), -32768, 32767);
   current_.value = std::clamp<std::int64_t>(std::llround(motor_.current()), -32768, 32767);
   temperature_.value = std::llround(motor_.temperature());
-  inputs_.value =
-      (motor_.atLowEnd() ? 1 : 0) | (motor_.atHighEnd() ? 2 : 0) | (emergency_stop ? 0 : 1 << kEmergencyInput);
+  inputs_.value = (spec_.switches.negativeAt(motor_.position()) ? 1 : 0) |
+                  (spec_.switches.positiveAt(motor_.position()) ? 2 : 0) |
+                  (spec_.switches.homeAt(motor_.position()) ? 4 : 0) | (emergency_stop ? 0 : 1 << kEmergencyInput);
   statusword_.value = statusword();
 }
 
@@ -71,11 +72,11 @@ std::uint16_t Drive::modeBits() const noexcept {
       return static_cast<std::uint16_t>((enabled && reached ? kReached : 0) | (standing ? kBit12 : 0));
     }
     case kHomingMode:
-      if (homing_ == Homing::kDone)
+      if (search_.state() == HomingSearch::State::kDone)
         return static_cast<std::uint16_t>(kBit12 | (standing ? kReached : 0));
-      if (homing_ == Homing::kError)
+      if (search_.state() == HomingSearch::State::kError)
         return static_cast<std::uint16_t>(kBit13 | (standing ? kReached : 0));
-      return homing_ == Homing::kIdle || halted_ || !enabled ? kReached : std::uint16_t{0};
+      return search_.state() == HomingSearch::State::kIdle || halted_ || !enabled ? kReached : std::uint16_t{0};
     default:
       return 0;
   }

@@ -366,7 +366,7 @@ TEST(Drive, WhatCannotChangeWhileItRunsDoesNot) {
   EXPECT_EQ(rig.write(0, {0x60C2, 1}, 2, 1), SdoAbort::kDeviceState);
   EXPECT_EQ(rig.write(0, {0x607D, 1}, 0, 4), SdoAbort::kDeviceState);
   EXPECT_EQ(rig.write(0, {0x6060, 0}, 2, 1), SdoAbort::kValueRange) << "no velocity mode of frequency converters";
-  EXPECT_EQ(rig.write(0, {0x6098, 0}, 1, 1), SdoAbort::kValueRange);
+  EXPECT_EQ(rig.write(0, {0x6098, 0}, 36, 1), SdoAbort::kValueRange);
   EXPECT_EQ(rig.write(0, {0x605A, 0}, 4, 2), SdoAbort::kValueRange);
   rig.command().set(kControl, 0);
   rig.run(0.02);
