@@ -11,6 +11,7 @@
 #include "config/detail/drive_profile.h"
 #include "config/detail/exact.h"
 #include "config/detail/hardware_guards.h"
+#include "config/detail/hardware_homing.h"
 #include "config/detail/loaders.h"
 #include "config/file_tables.h"
 #include "config/robot_files.h"
@@ -26,26 +27,6 @@ struct Group {
   AxisConfig axis;
   std::optional<hal::EncoderConfig> encoder;
 };
-
-void checkHomingRun(const Map& drive, const AxisConfig& axis) {
-  const bool wanted = axis.reference == hal::PositionReference::kHoming;
-  if (!drive.has("homing")) {
-    if (wanted)
-      drive.fail("reference", "found homing, expected a `homing` mapping together with it");
-    return;
-  }
-  if (!wanted)
-    drive.fail("homing", "found a homing run, expected `reference: homing` together with it");
-  const Map map = drive.map("homing");
-  for (const char* key : {"fast", "slow"}) {
-    if (const double speed = map.number(key); speed > axis.velocity)
-      map.fail(
-          key,
-          "found " + exact(speed / axis.velocity) +
-              " times `velocity` of the drive, expected at most `velocity`: since 22 November 2026 homing runs go no "
-              "faster than the axis. Lower this speed, or raise `velocity` to what the axis can do");
-  }
-}
 
 Group readGroup(const Map& map, bool translation) {
   const Map drive = map.map("drive");
@@ -201,39 +182,6 @@ class AxisReader {
   std::vector<AxisConfig> axes_;
 };
 
-/// Carriages that home together keep their distances if they move at one speed and end inside equation (1); every
-/// distance then changes monotonically between two values that satisfy it.
-void checkHoming(const Map& map, const hal::HardwareConfig& hardware) {
-  for (std::size_t a = 0; a < hardware.arms.size(); ++a) {
-    const AxisConfig* first = nullptr;
-    safety::ArmVector home;
-    home.setZero(hardware.arms[a].limits.jointCount());
-    for (const AxisConfig& axis : hardware.axes) {
-      if (axis.arm != static_cast<int>(a) || !axis.translation)
-        continue;
-      home[axis.joint] = axis.homing.position;
-      const bool homes = axis.reference == hal::PositionReference::kHoming;
-      if (first == nullptr)
-        first = &axis;
-      const bool first_homes = first->reference == hal::PositionReference::kHoming;
-      if (homes != first_homes ||
-          (homes && (axis.homing.order != first->homing.order || axis.homing.fast != first->homing.fast ||
-                     axis.homing.acceleration != first->homing.acceleration))) {
-        map.fail("translations", "found linear stages of " + hardware.arms[a].name +
-                                     " with different homing settings, expected equal reference, order, speed "
-                                     "and acceleration: equation (1) couples them");
-      }
-    }
-    if (first == nullptr || first->reference != hal::PositionReference::kHoming)
-      continue;
-    for (const safety::LinearRow& row : hardware.arms[a].limits.rows) {
-      if (safety::rowValue(row, home) > row.b + 1e-9)
-        map.fail("translations", "found home positions of " + hardware.arms[a].name +
-                                     " that break equation (1): " + safety::describe(row));
-    }
-  }
-}
-
 void readCutLimits(const Map& map, const Robot& robot, hal::HardwareConfig& hardware) {
   for (std::size_t a = 0; a < robot.arms.size(); ++a) {
     try {
@@ -270,7 +218,7 @@ hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heart
   hardware.axes = reader.finish(map);
   readEmergencyStop(map, hardware);
   readCutLimits(map, robot, hardware);
-  checkHoming(map, hardware);
+  checkHomingTogether(map, hardware);
   for (std::size_t b = 0; b < hardware.buses.size(); ++b) {
     const hal::BusPlan plan = hardware.planOf(static_cast<int>(b), heartbeat_budget);
     if (refuse_overload && !hal::computeLoad(plan).fits) {

@@ -67,9 +67,11 @@ Mapping homingMapping(Kind kind) {
       kind.prefixed("homing"),
       "The homing run of a drive, CiA 402.",
       {
-          integer("method",
-                  "homing method, object 0x6098: 17 and 18 limit switches, 33 and 34 index, 37 present position",
-                  &H::method)
+          integer(
+              "method",
+              "homing method of CiA 402-2, object 0x6098: 17 and 18 limit switch, 19 to 30 home switch, 1 to 14 the "
+              "same with index pulse, 33 and 34 index pulse, 37 present position; negative: of the manufacturer",
+              &H::method)
               .required()
               .within(-128, 127),
           positive("fast", kind.speed(), "speed towards the switch; at most `velocity`", &H::fast).required(),

@@ -207,7 +207,7 @@ void appendHoming(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   const Magnitudes units = magnitudes(axis);
   const HomingConfig& homing = axis.homing;
   steps.push_back(optional(canopen::write({0x607C, 0}, 0, 4, "home offset")));
-  steps.push_back(canopen::write({0x6098, 0}, homing.method, 1, "homing method"));
+  steps.push_back(canopen::write(objects::kHomingMethod, homing.method, 1, "homing method"));
   steps.push_back(canopen::write({0x6099, 1}, units.velocity(homing.fast), 4, "homing speed to the switch"));
   steps.push_back(canopen::write({0x6099, 2}, units.velocity(homing.slow), 4, "homing speed to the index"));
   steps.push_back(canopen::write({0x609A, 0}, units.acceleration(homing.acceleration), 4, "homing acceleration"));

@@ -70,6 +70,8 @@ class Judge {
                         (object.high ? std::to_string(*object.high) : "any") + ", the HAL writes " +
                         std::to_string(value),
                     finding);
+    } else if (const std::string methods = otherMethods(object, value); !methods.empty()) {
+      refuse(finding, methods);
     } else if (step.kind == SetupStep::Kind::kWriteVerify && !readable(object.access)) {
       refuse(finding, "write-only: cannot be read back");
     } else if (const std::string reason = mappingProblem(step); !reason.empty()) {
@@ -111,6 +113,22 @@ class Judge {
       finding.verdict = Verdict::kLost;
     if (finding.verdict == Verdict::kRefused && step.kind == SetupStep::Kind::kRead && step.optional)
       finding.verdict = Verdict::kSkipped;
+  }
+
+  /// The homing methods that the sheet lists (60E3), if it lists some and not this one.
+  std::string otherMethods(const EdsObject& object, std::int64_t method) const {
+    if (object.address != objects::kHomingMethod)
+      return {};
+    std::string methods;
+    for (std::uint8_t sub = 1; const EdsObject* entry = sheet_.find({objects::kHomingMethods, sub}); ++sub) {
+      if (!entry->has_value)
+        continue;
+      const std::int64_t listed = canopen::signExtend(bits(*entry), 8 * sizeOf(entry->type));
+      if (listed == method)
+        return {};
+      methods += (methods.empty() ? "" : ", ") + std::to_string(listed);
+    }
+    return methods.empty() ? "" : "method " + std::to_string(method) + ", 60E3 lists " + methods;
   }
 
   std::string mappingProblem(const SetupStep& step) const {

@@ -22,7 +22,7 @@ inline constexpr int kEncoderAlarms = 1;
 /// A TPDO counts as missing after so many SYNCs, and not before the time budget.
 inline constexpr std::uint64_t kMissedSyncs = 3;
 
-/// Objects that the HAL accesses while a drive runs.
+/// Objects that more than one part of the HAL knows.
 namespace objects {
 inline constexpr canopen::ObjectAddress kMode{0x6060, 0};
 inline constexpr canopen::ObjectAddress kModeDisplay{0x6061, 0};
@@ -33,6 +33,8 @@ inline constexpr canopen::ObjectAddress kOutputMask{0x60FE, 2};
 /// Factors of position and velocity, numerators and divisors, in the order of StatedFactors.
 inline constexpr canopen::ObjectAddress kFactors[] = {{0x608F, 1}, {0x608F, 2}, {0x6091, 1}, {0x6091, 2},
                                                       {0x6092, 1}, {0x6092, 2}, {0x6096, 1}, {0x6096, 2}};
+inline constexpr canopen::ObjectAddress kHomingMethod{0x6098, 0};
+inline constexpr std::uint16_t kHomingMethods = 0x60E3;  ///< the supported ones, from sub-index 1
 }  // namespace objects
 
 /// Setup of a drive. @param heartbeat_budget its time-out for the HAL's heartbeat, s.

@@ -7,6 +7,7 @@
 #include <charconv>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <stdexcept>
 #include <vector>
@@ -69,6 +70,47 @@ void apply(const std::vector<std::string>& parts, const Setters& setters) {
   }
 }
 
+/// Starts in the middle of the range, with switches and index pulse where the homing run of the axis ends at its home
+/// position. Other methods, of manufacturers, have nothing to find.
+void placeReferences(const hal::AxisConfig& axis, const hal::AxisUnits& units, DriveSpec& spec) {
+  using sim::drives::HomingMethod;
+  using Switch = HomingMethod::Switch;
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  constexpr double kWidth = 0.02;  // of a home switch, and distance of a limit switch behind the range, of the range
+  constexpr double kBefore = 0.3;  // of a revolution, from an edge to the index pulse
+  const double home = units.toCounts(axis.homing.position).value;
+  const double one = units.toCounts(axis.lower).value, other = units.toCounts(axis.upper).value;
+  const double revolution = axis.gearing.counts_per_revolution, margin = kWidth * std::abs(one - other);
+  spec.start = 0.5 * (one + other);
+  spec.switches.index = home;
+  const std::optional<HomingMethod> method = HomingMethod::ofNumber(axis.homing.method);
+  if (!method)
+    return;
+  const int final = method->rising ? -method->edge : method->edge;
+  const double edge = method->index ? home - kBefore * final * revolution : home;
+  switch (method->of) {
+    case Switch::kNegative:
+      spec.motor.low = edge;
+      break;
+    case Switch::kPositive:
+      spec.motor.high = edge;
+      break;
+    case Switch::kHome: {
+      const double width = method->turns ? margin : kInfinity;
+      spec.switches.home_from = method->edge < 0 ? edge : edge - width;
+      spec.switches.home_to = method->edge < 0 ? edge + width : edge;
+      if (method->turns && method->search < 0)
+        spec.switches.negative = std::min({one, other, edge}) - margin;
+      if (method->turns && method->search > 0)
+        spec.switches.positive = std::max({one, other, edge}) + margin;
+      break;
+    }
+    case Switch::kNone:
+      spec.start = home - (method->index ? kBefore * method->search * revolution : 0.0);
+      break;
+  }
+}
+
 DriveSpec driveOf(const hal::AxisConfig& axis) {
   const hal::AxisUnits units(axis.gearing, axis.units);
   DriveSpec spec;
@@ -85,12 +127,7 @@ DriveSpec driveOf(const hal::AxisConfig& axis) {
   }
   if (axis.reference == hal::PositionReference::kHoming) {
     spec.incremental = true;
-    spec.start = units.toCounts(0.5 * (axis.lower + axis.upper)).value;
-    const double end = units.toCounts(axis.homing.position).value;
-    if (axis.homing.method == 17)
-      spec.motor.low = end;
-    if (axis.homing.method == 18)
-      spec.motor.high = end;
+    placeReferences(axis, units, spec);
   }
   return spec;
 }
@@ -112,7 +149,7 @@ EncoderSpec encoderOf(const hal::AxisConfig& axis) {
 }  // namespace
 
 DriveSpec parseDrive(const std::string& text) {
-  constexpr double kMost = 2147483647.0;
+  constexpr double kMost = 2147483647.0, kInfinity = std::numeric_limits<double>::infinity();
   const std::vector<std::string> parts = split(text);
   DriveSpec spec;
   spec.id = toNode(parts[0]);
@@ -124,9 +161,26 @@ DriveSpec parseDrive(const std::string& text) {
                 {"start", into(spec.start, "start", -kMost, kMost)},
                 {"low", into(spec.motor.low, "low", -kMost, kMost)},
                 {"high", into(spec.motor.high, "high", -kMost, kMost)},
+                {"negative_switch",
+                 [&](const std::string& w) { spec.switches.negative = toNumber(w, "negative_switch", -kMost, kMost); }},
+                {"positive_switch",
+                 [&](const std::string& w) { spec.switches.positive = toNumber(w, "positive_switch", -kMost, kMost); }},
+                {"home_from", into(spec.switches.home_from, "home_from", -kMost, kMost)},
+                {"home_to", into(spec.switches.home_to, "home_to", -kMost, kMost)},
+                {"index", into(spec.switches.index, "index", -kMost, kMost)},
                 {"max_velocity", into(spec.motor.max_velocity, "max_velocity", 1.0, kMost)},
                 {"max_acceleration", into(spec.motor.max_acceleration, "max_acceleration", 1.0, 1e12)},
                 {"incremental", [&](const std::string&) { spec.incremental = true; }}});
+  // With one edge, the home switch is active on the whole other side.
+  sim::drives::Switches& switches = spec.switches;
+  const bool from = std::isfinite(switches.home_from), to = std::isfinite(switches.home_to);
+  if (from != to)
+    (from ? switches.home_to : switches.home_from) = from ? kInfinity : -kInfinity;
+  if (from && to && !switches.hasHome())
+    throw std::invalid_argument(
+        fmt::format("drive '{}': found home_from {:.10g} and home_to {:.10g}, expected "
+                    "home_from below home_to",
+                    text, switches.home_from, switches.home_to));
   if (spec.motor.low >= spec.motor.high)
     throw std::invalid_argument(fmt::format("drive '{}': found low {:.10g} and high {:.10g}, expected low below high",
                                             text, spec.motor.low, spec.motor.high));

@@ -10,8 +10,9 @@
 
 namespace tandem::drive_sim {
 
-/// "ID[,serial=N][,start=COUNTS][,low=COUNTS][,high=COUNTS][,max_velocity=N][,max_acceleration=N][,incremental]".
-/// @throw std::invalid_argument with the found and the expected value.
+/// "ID[,serial=N][,start=COUNTS][,low=COUNTS][,high=COUNTS][,max_velocity=N][,max_acceleration=N][,incremental]", and
+/// the places of switches, in counts: negative_switch, positive_switch, home_from, home_to, index. @throw
+/// std::invalid_argument with the found and the expected value.
 sim::drives::DriveSpec parseDrive(const std::string& text);
 
 /// "ID=DRIVE[,serial=N][,ratio=X][,offset=N]".
@@ -28,7 +29,8 @@ void addSheet(const std::string& text,
 void addStandardNodes(sim::drives::BusSpec& spec);
 
 /** Adds the nodes of one bus of a hardware file: same ids, serial numbers and gearing. Axes with absolute encoders
- * start where these read 0; axes that need homing start in the middle of their range.
+ * start where these read 0; axes that need homing start in the middle of their range, with switches and index pulse
+ * where their homing run ends at `home_position`.
  * @throw std::invalid_argument if the file has no bus of that name. */
 void addNodes(const hal::HardwareConfig& hardware, const std::string& bus, sim::drives::BusSpec& spec);
 

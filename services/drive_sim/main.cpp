@@ -33,9 +33,11 @@ void addOptions(CLI::App& app, Options& options) {
   app.add_option("--bus", options.bus, "can:INTERFACE, or unix:SOCKET (this process is then its hub)");
   app.add_option("--hardware", options.hardware, "hardware file, or the name of a preset: simulate one of its buses");
   app.add_option("--hardware-bus", options.hardware_bus, "name of that bus in the file; --bus overrides its interface");
-  app.add_option("--drive", options.drives,
-                 "ID[,serial=N][,start=COUNTS][,low=COUNTS][,high=COUNTS][,max_velocity=N][,max_acceleration=N]"
-                 "[,incremental]; may be repeated")
+  app.add_option(
+         "--drive", options.drives,
+         "ID[,serial=N][,start=COUNTS][,low=COUNTS][,high=COUNTS][,max_velocity=N][,max_acceleration=N]"
+         "[,incremental], and places of switches in counts: [,negative_switch=N][,positive_switch=N][,home_from=N]"
+         "[,home_to=N][,index=N] (default: limit switches at low and high); may be repeated")
       ->delimiter('\0');
   app.add_option("--encoder", options.encoders, "ID=DRIVE[,serial=N][,ratio=X][,offset=N]; may be repeated")
       ->delimiter('\0');

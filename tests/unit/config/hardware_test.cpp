@@ -345,10 +345,10 @@ TEST(Hardware, ABusBeyondItsLimitIsRefusedWithWhatWouldFit) {
 }
 
 TEST(Hardware, CarriagesThatWouldNotHomeTogetherAreRefused) {
-  const auto homing = [](const std::string& text, const std::string& positions) {
+  const auto homing = [](const std::string& text, const std::string& positions, const std::string& method = "17") {
     std::string result = replaced(text, "reference: absolute_encoder",
-                                  "reference: homing\n      homing: {method: 17, fast_mm_per_s: 4, slow_mm_per_s: 1, "
-                                  "acceleration_mm_per_s2: 50}");
+                                  "reference: homing\n      homing: {method: " + method +
+                                      ", fast_mm_per_s: 4, slow_mm_per_s: 1, acceleration_mm_per_s2: 50}");
     for (const std::string bus : {"bus_a", "bus_b"}) {
       for (int tube = 1; tube <= 3; ++tube) {
         const std::string key = "tube: " + std::to_string(tube) + ", bus: " + bus + ", node: " + std::to_string(tube);
@@ -360,6 +360,22 @@ TEST(Hardware, CarriagesThatWouldNotHomeTogetherAreRefused) {
   };
   EXPECT_NO_THROW(loadText(homing(good(), "-400 -300 -190")));
   EXPECT_THROW(loadText(homing(good(), "-300 -310 -190")), Error) << "carriage 2 behind carriage 1";
+  for (int method = -128; method <= 127; ++method) {
+    SCOPED_TRACE(method);
+    const bool turns = (method >= 7 && method <= 14) || (method >= 23 && method <= 30);
+    const bool reserved =
+        method == 0 || method == 15 || method == 16 || method == 31 || method == 32 || method == 36 || method > 37;
+    try {
+      loadText(homing(good(), "-400 -300 -190", std::to_string(method)));
+      EXPECT_FALSE(turns || reserved) << "accepted";
+    } catch (const Error& error) {
+      const std::string text = error.what();
+      EXPECT_NE(text.find(reserved ? "which CiA 402-2 reserves" : "may turn around at a limit switch"),
+                std::string::npos)
+          << text;
+      EXPECT_TRUE(turns || reserved) << text;
+    }
+  }
 }
 
 TEST(Hardware, ADeploymentNamesItsHardware) {

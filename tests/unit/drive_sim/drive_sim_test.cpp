@@ -26,13 +26,21 @@ TEST(BusSpec, ReadsDrivesAndEncoders) {
   EXPECT_EQ(drive.motor.max_velocity, 9e4);
   EXPECT_TRUE(drive.incremental);
   EXPECT_EQ(parseDrive("7").serial, 1007u);
+  const auto switches = parseDrive("7,negative_switch=-5,positive_switch=9,home_from=2,home_to=4,index=7").switches;
+  EXPECT_EQ(switches.negative, -5.0);
+  EXPECT_EQ(switches.positive, 9.0);
+  EXPECT_TRUE(switches.homeAt(3.0) && !switches.homeAt(1.0) && !switches.homeAt(5.0));
+  EXPECT_EQ(switches.index, 7.0);
+  EXPECT_TRUE(parseDrive("7,home_from=2").switches.homeAt(1e6)) << "one edge";
+  EXPECT_TRUE(parseDrive("7,home_to=2").switches.homeAt(-1e6));
+  EXPECT_FALSE(parseDrive("7").switches.hasHome());
   const auto encoder = parseEncoder("17=7,ratio=-0.25,offset=12");
   EXPECT_EQ(encoder.id, 17);
   EXPECT_EQ(encoder.drive, 7);
   EXPECT_EQ(encoder.ratio, -0.25);
   EXPECT_EQ(encoder.offset, 12);
-  for (const char* text :
-       {"", "0", "128", "1.5", "x", "7,serial=-1", "7,low=5,high=4", "7,color=red", "7,start=", "7,"})
+  for (const char* text : {"", "0", "128", "1.5", "x", "7,serial=-1", "7,low=5,high=4", "7,home_from=5,home_to=4",
+                           "7,color=red", "7,start=", "7,"})
     EXPECT_THROW(parseDrive(text), std::invalid_argument) << text;
   for (const char* text : {"17", "17=", "=7", "17=7,ratio=x", "17=7,serial"})
     EXPECT_THROW(parseEncoder(text), std::invalid_argument) << text;

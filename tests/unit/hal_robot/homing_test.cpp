@@ -84,6 +84,70 @@ TEST(Homing, OneAxisThatFailsStopsItsGroup) {
   EXPECT_NEAR(carriage(system, 2), last, 1e-6);
 }
 
+/// The rotations of arm A home by this method, each to another position; the carriages keep their encoders.
+HardwareConfig rotationsThatHome(int method) {
+  HardwareConfig config = presetHardware();
+  for (AxisConfig& axis : config.axes) {
+    if (axis.arm != 0 || axis.translation)
+      continue;
+    axis.reference = PositionReference::kHoming;
+    axis.encoder.reset();
+    axis.homing = {method, 1.0, 0.1, 10.0, 0.3 * axis.joint, 0, 60.0};
+  }
+  return config;
+}
+
+/// Repeats the request until the run has ended.
+ArmHardware::HomingAnswer homeArm(System& system) {
+  ArmHardware::HomingAnswer answer = system.robot->home(0, system.now);
+  for (int i = 0; i < 1000 && answer == ArmHardware::HomingAnswer::kRunning; ++i) {
+    system.run(0.1);
+    answer = system.robot->home(0, system.now);
+  }
+  return answer;
+}
+
+class HomingMethod : public testing::TestWithParam<int> {};
+
+TEST_P(HomingMethod, EndsWithAKnownPositionAndTheArmCanBeEnabled) {
+  System system(rotationsThatHome(GetParam()));
+  EXPECT_FALSE(system.boot());
+  ASSERT_EQ(homeArm(system), ArmHardware::HomingAnswer::kDone) << system.story();
+  for (int j = 3; j < 6; ++j) {
+    EXPECT_NEAR(system.robot->position(0)[j], carriage(system, j), 2e-3) << "joint " << j;
+    EXPECT_NEAR(carriage(system, j), 0.3 * j, 0.1) << "the motor stands near its reference";
+  }
+  ASSERT_TRUE(system.enable()) << system.story();
+  system.move(0, speeds(0.0, 0.2));
+  system.run(1.0);
+  system.hold();
+  system.run(1.0);
+  for (int j = 3; j < 6; ++j)
+    EXPECT_NEAR(carriage(system, j), system.robot->setpoint(0)[j], 2e-3);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Vocabulary,
+    HomingMethod,
+    testing::Values(1, 4, 8, 17, 18, 19, 20, 21, 22, 23, 24, 25, 26, 27, 28, 29, 30, 33, 34, 35, 37));
+
+TEST(Homing, AMissingSwitchIsAFaultAndNothingMoves) {
+  for (const int method : {17, 19, 23}) {
+    SCOPED_TRACE(method);
+    DriveKind kind;
+    kind.switches = false;
+    System system(rotationsThatHome(method), 0.0, kind);
+    system.boot();
+    const double before = carriage(system, 3);
+    EXPECT_EQ(homeArm(system), ArmHardware::HomingAnswer::kNotDisabled);
+    EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
+    EXPECT_EQ(system.guardCount(HardwareGuard::kHoming), 3u) << system.story();
+    EXPECT_FALSE(system.robot->arm(0).homed());
+    EXPECT_EQ(system.robot->arm(0).power(), ArmPower::kOff);
+    EXPECT_EQ(carriage(system, 3), before);
+  }
+}
+
 TEST(CyclicVelocity, HoldsItsPlaceAndFollows) {
   HardwareConfig config = presetHardware();
   for (AxisConfig& axis : config.axes)

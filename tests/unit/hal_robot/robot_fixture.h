@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <utility>
 
@@ -82,6 +83,7 @@ struct DriveKind {
       : eds(std::move(sheet)), habits(how) {}
   sim::drives::Eds eds;
   sim::drives::Habits habits;
+  bool switches = true;  ///< false: no switch is fitted
 };
 
 /** One bus with its drives, and the HAL's port on it. */
@@ -92,8 +94,14 @@ struct Wire {
     sim::drives::BusSpec spec;
     spec.drive_eds = kind.eds;
     drive_sim::addNodes(hardware, hardware.buses[static_cast<std::size_t>(index)].name, spec);
-    for (sim::drives::DriveSpec& drive : spec.drives)
+    for (sim::drives::DriveSpec& drive : spec.drives) {
       drive.habits = kind.habits;
+      if (!kind.switches) {
+        drive.motor.low = -std::numeric_limits<double>::infinity();
+        drive.motor.high = -drive.motor.low;
+        drive.switches = {};
+      }
+    }
     drives = std::make_unique<sim::drives::DriveBus>(slaves, spec, now);
   }
   can::VirtualBus bus;

@@ -41,6 +41,35 @@ TEST(SheetCheck, TheBuiltInDriveFits) {
   EXPECT_EQ(result.lost, 0u);
 }
 
+TEST(SheetCheck, JudgesTheHomingMethodByTheListOfTheSheet) {
+  const auto judged = [](const std::vector<int>& listed, int method) {
+    Eds sheet = sim::drives::driveEds();
+    for (std::size_t k = 0; k < listed.size(); ++k) {
+      EdsObject item = entry(sheet, {0x6098, 0});
+      item.address = {0x60E3, static_cast<std::uint8_t>(k + 1)};
+      item.access = Access::kReadOnly;
+      item.value = listed[k];
+      sheet.objects.push_back(item);
+    }
+    std::ranges::sort(sheet.objects, {}, &EdsObject::address);
+    HardwareConfig config = homingHardware();
+    config.axes.front().homing.method = method;
+    const SheetCheck result = check(sheet, config);
+    // The simulated drive agrees.
+    const DriveKind kind(sheet);
+    System system(config, 0.0, kind);
+    system.boot();
+    EXPECT_EQ(system.robot->arm(0).axis(0).phase() == AxisPhase::kUnhomed, result.boots()) << method;
+    const auto found = std::ranges::find_if(result.findings, [](const SheetFinding& finding) {
+      return finding.step.object.index == 0x6098 && finding.verdict == Verdict::kRefused;
+    });
+    return found == result.findings.end() ? std::string() : found->reason;
+  };
+  EXPECT_EQ(judged({}, 17), "");
+  EXPECT_EQ(judged({-3, 17, 37}, 17), "");
+  EXPECT_EQ(judged({-3, 18, 37}, 17), "method 17, 60E3 lists -3, 18, 37");
+}
+
 TEST(SheetCheck, GivesTheReason) {
   struct Case {
     ObjectAddress object;

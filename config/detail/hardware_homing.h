@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Checks of homing runs in hardware files. */
+#pragma once
+
+#include "config/detail/loaders.h"
+#include "hal/hardware.h"
+
+namespace tandem::config {
+
+/// Checks `homing` of a drive that has been read. @throw Error for a homing run without `reference: homing` and the
+/// reverse, a reserved method, a speed above that of the axis.
+void checkHomingRun(const Map& drive, const hal::AxisConfig& axis);
+
+/** Checks that the carriages of every arm keep equation (1) while they home together: they move at one speed and end
+ * inside it, and none turns around; every distance then changes monotonically between two values that satisfy it.
+ * @throw Error */
+void checkHomingTogether(const Map& map, const hal::HardwareConfig& hardware);
+
+}  // namespace tandem::config
