@@ -56,6 +56,49 @@ Client::Client(const config::Deployment& deployment, Callbacks callbacks, Receiv
   hal_replies_ = bus_.reader(dds::kHalReply, reply);
   const auto start = std::chrono::steady_clock::now();
   received_at_ = {{kDrives, start}, {"control", start}, {"planning", start}};
+  listen();
+  summaries_ = bus_.reader(dds::kPlanningSummary, [this](const auto& m) {
+    {
+      const std::lock_guard lock(mutex_);
+      snapshot_.summary = m;
+      ++snapshot_.summaries;
+    }
+    changed_.notify_all();
+  });
+  diagnostics_ = bus_.reader(dds::kDiagnostics, [this](const dds::DiagnosticArray& m) {
+    const std::lock_guard lock(mutex_);
+    for (const dds::DiagnosticStatus& status : m.status)
+      snapshot_.diagnostics[status.name] = status;
+  });
+  if (callbacks_.sim_tips) {
+    sim_tips_ = bus_.reader(
+        dds::kSimTips,
+        [this](const auto& m) {
+          callbacks_.sim_tips(m);
+          // An empty critical section: a thread between its check of the condition and its wait has started to wait
+          // when it ends.
+          { const std::lock_guard lock(mutex_); }
+          changed_.notify_all();
+        },
+        dds::ReaderOptions{kRecorderDepth});
+  }
+  clocks_ = std::make_unique<Clocks>(bus_, id_);  // after all other ends: see Clocks::received()
+  lease_keeper_ = std::thread([this, period = 0.2 * deployment.budgets.lease] {
+    while (!ending_) {
+      if (keep_lease_) {
+        dds::ControlRequest keep;
+        keep.client = id_;
+        keep.kind = static_cast<std::uint8_t>(dds::ControlKind::kKeepLease);
+        control_requests_.write(answering(keep));
+      }
+      // Not mutex_ and changed_: samples would wake this thread thousands of times a second, and delay it.
+      std::unique_lock lock(keeper_mutex_);
+      keeper_changed_.wait_for(lock, std::chrono::duration<double>(period), [this] { return ending_.load(); });
+    }
+  });
+}
+
+void Client::listen() {
   const auto received = [this](auto Snapshot::*slot, std::uint64_t Snapshot::*count, const auto& message,
                                const auto& tap) {
     {
@@ -93,40 +136,11 @@ Client::Client(const config::Deployment& deployment, Callbacks callbacks, Receiv
   clearances_ = bus_.reader(dds::kControlClearance, [received](const auto& m) {
     received(&Snapshot::clearances, &Snapshot::clearance_count, m, std::function<void(const dds::Clearances&)>());
   });
-  summaries_ = bus_.reader(dds::kPlanningSummary, [received](const auto& m) {
-    received(&Snapshot::summary, &Snapshot::summaries, m, std::function<void(const dds::RunSummary&)>());
-  });
-  diagnostics_ = bus_.reader(dds::kDiagnostics, [this](const dds::DiagnosticArray& m) {
-    const std::lock_guard lock(mutex_);
-    for (const dds::DiagnosticStatus& status : m.status)
-      snapshot_.diagnostics[status.name] = status;
-  });
-  if (callbacks_.sim_tips) {
-    sim_tips_ = bus_.reader(
-        dds::kSimTips,
-        [this](const auto& m) {
-          callbacks_.sim_tips(m);
-          // An empty critical section: a thread between its check of the condition and its wait has started to wait
-          // when it ends.
-          { const std::lock_guard lock(mutex_); }
-          changed_.notify_all();
-        },
-        deep);
-  }
-  clocks_ = std::make_unique<Clocks>(bus_, id_);  // after all other ends: see Clocks::received()
-  lease_keeper_ = std::thread([this, period = 0.2 * deployment.budgets.lease] {
-    while (!ending_) {
-      if (keep_lease_) {
-        dds::ControlRequest keep;
-        keep.client = id_;
-        keep.kind = static_cast<std::uint8_t>(dds::ControlKind::kKeepLease);
-        control_requests_.write(answering(keep));
-      }
-      // Not mutex_ and changed_: samples would wake this thread thousands of times a second, and delay it.
-      std::unique_lock lock(keeper_mutex_);
-      keeper_changed_.wait_for(lock, std::chrono::duration<double>(period), [this] { return ending_.load(); });
-    }
-  });
+}
+
+void Client::rest() {
+  for (dds::Reader* reader : {&states_, &statuses_, &references_, &hals_, &clearances_})
+    *reader = {};
 }
 
 Client::~Client() {

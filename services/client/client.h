@@ -83,6 +83,11 @@ class Client {
 
   /// Time-out for an action that takes at most `seconds`; in lock-step at least the lock-step budget.
   double timeout(double seconds) const { return std::max(seconds, least_timeout_); }
+  /// Receives the periodic topics; a new client does. Needed to connect, to wait, and for requests.
+  void listen();
+  /// Receives none of them until listen(): a client that waits for something else then costs nobody anything.
+  void rest();
+
   /// Services without a message for so many seconds: "; no recent message from sim (or hal), planning"; else empty.
   std::string silent(double seconds = 2.0) const;
 

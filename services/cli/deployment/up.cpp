@@ -210,13 +210,16 @@ int runUp(const UpCommand& options) {
     if (process.executable == "tandem-console" && process.host == host && serves(supervisor, client, process.name))
       report(options, "console", "console: " + consoleUrl(deployment.console, deployment.console.port));
   }
+  client.rest();
   while (!exited && !stop.requested() && (options.seconds <= 0.0 || since(start) < options.seconds)) {
     stop.waitFor(0.01);
     exited = essentialExit(options, supervisor);
   }
   client.setInterrupt({});
-  if (exited)
+  if (exited) {
+    client.listen();
     watchStandstill(options, deployment, *exited, client);
+  }
   constexpr double kWriting = 10.0;  // s, for a black box of some hundred megabytes
   supervisor.stopAll(exited ? kWriting : Supervisor::kLeave);
   report(options, "stopped", "all processes stopped");
