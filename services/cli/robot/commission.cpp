@@ -1,20 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem commission: checks the axes of a new arm one after the other, with the person who stands beside it. */
 #include <fmt/format.h>
+#include <poll.h>
+#include <unistd.h>
 
+#include <array>
 #include <cmath>
-#include <fstream>
 #include <iostream>
 #include <mutex>
 #include <numbers>
 
-#include "config/axis_block.h"
 #include "config/robot_files.h"
 #include "config/values.h"
 #include "hal/drives/axis_sweep.h"
 #include "safety/faults.h"
 #include "services/cli/models/figure.h"
 #include "services/cli/robot/axis_motion.h"
+#include "services/cli/robot/commission_findings.h"
 #include "services/cli/subcommand.h"
 #include "services/client/motions.h"
 #include "services/runtime/process.h"
@@ -30,17 +32,6 @@ struct CommissionCommand {
   double travel_mm = 1.0, travel_deg = 3.0, speed_percent = 1.0;
   bool again = false;
   FigureOptions figure;
-};
-
-/** One axis to be checked. */
-struct Candidate {
-  std::uint8_t arm = 0;
-  int joint = 0;
-  const hal::AxisConfig* axis = nullptr;
-  std::string name;  ///< "arm_a beta_1"
-  bool translation() const { return axis->translation; }
-  double scale() const { return translation() ? 1e3 : 180.0 / std::numbers::pi; }
-  const char* unit() const { return translation() ? "mm" : "deg"; }
 };
 
 /** Samples of one joint, taken from hal/status while it is switched on. */
@@ -81,109 +72,46 @@ class SweepRecorder {
   std::vector<hal::SweepSample> samples_;
 };
 
-/** Asks the person beside the robot; answers are lines on standard input. */
-char ask(const std::string& question, const std::string& letters) {
-  for (std::string line; true;) {
-    std::cerr << question << " [" << letters << "] " << std::flush;
-    if (!std::getline(std::cin, line))
-      throw Failure(kFailure, "no answer; what is done is kept: the same command goes on from here");
-    if (line.size() == 1 && letters.find(line[0]) != std::string::npos)
-      return line[0];
-    std::cerr << "found '" << line << "', expected one letter of " << letters << '\n';
-  }
-}
-
-/** The folder with what was found: commissioning.json, a CSV file for each axis, report.md, figure, hardware file. */
-class Findings {
+/** The person beside the robot: answers are lines on standard input. */
+class Person {
  public:
-  Findings(const std::filesystem::path& folder, const std::string& fingerprint, bool again) : folder_(folder) {
-    std::filesystem::create_directories(folder);
-    std::ifstream stream(folder / "commissioning.json");
-    if (stream && !again)
-      json_ = Json::parse(stream, nullptr, false);
-    if (!json_.is_object() || json_.value("fingerprint", "") != fingerprint) {
-      if (json_.is_object() && json_.contains("axes"))
-        std::cerr << "the robot or hardware file has changed since " << (folder / "commissioning.json").string()
-                  << ": all axes are checked again\n";
-      json_ = {{"fingerprint", fingerprint}, {"axes", Json::object()}};
+  /// @throw Failure at the end of the input, or when a signal asks this program to end
+  char ask(const std::string& question, const std::string& letters, const runtime::StopSignal& stop) {
+    while (true) {
+      std::cerr << question << " [" << letters << "] " << std::flush;
+      const std::string line = readLine(stop);
+      if (line.size() == 1 && letters.find(line[0]) != std::string::npos)
+        return line[0];
+      std::cerr << "found '" << line << "', expected one letter of " << letters << '\n';
     }
   }
-  bool passed(const std::string& axis) const {
-    return json_["axes"].contains(axis) && json_["axes"][axis].value("problems", Json::array({""})).empty();
-  }
-  void add(const Candidate& candidate, const Json& found, const std::vector<hal::SweepSample>& samples) {
-    std::string name = candidate.name;
-    std::ranges::replace(name, ' ', '_');
-    std::ofstream csv(folder_ / (name + ".csv"));
-    csv << "time_s,setpoint_" << candidate.unit() << ",position_" << candidate.unit() << ",following_error_"
-        << candidate.unit() << ",encoder_difference_" << candidate.unit() << '\n';
-    for (const hal::SweepSample& s : samples)
-      csv << fmt::format("{:.6f},{:.9g},{:.9g},{:.9g},{:.9g}\n", s.time - samples.front().time,
-                         candidate.scale() * s.setpoint, candidate.scale() * s.position,
-                         candidate.scale() * s.following_error, candidate.scale() * s.encoder_difference);
-    json_["axes"][candidate.name] = found;
-    const std::filesystem::path file = folder_ / "commissioning.json", next = folder_ / "commissioning.json.next";
-    std::ofstream(next) << json_.dump(2) << '\n';
-    std::filesystem::rename(next, file);
-  }
-  const Json& json() const { return json_; }
-  const std::filesystem::path& folder() const { return folder_; }
 
  private:
-  std::filesystem::path folder_;
-  Json json_;
-};
-
-Json numberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
-
-/// What is wrong with an axis by its measurement, for people.
-std::vector<std::string> problemsOf(const Candidate& candidate, const hal::SweepResult& found, double wanted) {
-  constexpr double kLeastTravel = 0.8, kGearing = 0.02, kWindow = 0.5;
-  const hal::AxisConfig& axis = *candidate.axis;
-  const auto shown = [&](double value) {
-    return fmt::format("{:.3g} {}", candidate.scale() * value, candidate.unit());
-  };
-  std::vector<std::string> problems;
-  if (found.travel < kLeastTravel * wanted)
-    problems.push_back("it travelled " + shown(found.travel) + " of " + shown(wanted) +
-                       ": a limit, of other joints too, or a short measurement");
-  if (std::abs(found.encoder_ratio - 1.0) > kGearing)
-    problems.push_back(
-        fmt::format("its encoder travels {:.3f} times as far as its drive: check counts_per_revolution, "
-                    "gear_ratio and lead of both, and encoder_reversed",
-                    found.encoder_ratio));
-  if (found.following_max > kWindow * axis.following_error)
-    problems.push_back("it follows with an error of " + shown(found.following_max) +
-                       ", more than half of following_error");
-  if (axis.encoder && found.backlash > axis.encoder->tolerance)
-    problems.push_back("its free travel of " + shown(found.backlash) + " exceeds the encoder's tolerance");
-  return problems;
-}
-
-std::string reportOf(const Json& json) {
-  std::string text =
-      "# Commissioning\n\n| axis | direction | travel | following error, largest | free travel | encoder / drive | "
-      "problems |\n|---|---|---|---|---|---|---|\n";
-  for (const auto& [name, axis] : json["axes"].items()) {
-    const auto number = [&](const char* key, const std::string& unit) {
-      return axis[key].is_null() ? std::string("not known") : fmt::format("{:.4g}{}", axis[key].get<double>(), unit);
-    };
-    const std::string unit = " " + axis["unit"].get<std::string>();
-    std::string problems;
-    for (const auto& problem : axis["problems"])
-      problems += (problems.empty() ? "" : "; ") + problem.get<std::string>();
-    text += "| " + name + " | " + axis["direction"].get<std::string>() + " | " + number("travel", unit) + " | " +
-            number("following_max", unit) + " | " + number("backlash", unit) + " | " + number("encoder_ratio", "") +
-            " | " + (problems.empty() ? "none" : problems) + " |\n";
+  std::string readLine(const runtime::StopSignal& stop) {
+    for (std::string line; true;) {
+      std::array<pollfd, 2> sources{{{STDIN_FILENO, POLLIN, 0}, {stop.fd(), POLLIN, 0}}};
+      poll(sources.data(), sources.size(), -1);
+      if (sources[1].revents != 0)
+        throw Failure(kFailure, "interrupted; what is done is kept: the same command goes on from here");
+      char letter = 0;
+      if (sources[0].revents != 0 && read(STDIN_FILENO, &letter, 1) != 1)
+        throw Failure(kFailure, "no answer; what is done is kept: the same command goes on from here");
+      if (letter == '\n')
+        return line;
+      if (letter != 0)
+        line += letter;
+    }
   }
-  return text;
-}
+};
 
 /** Moves, asks and measures. */
 class Commissioning {
  public:
-  Commissioning(const CommissionCommand& options, client::Client& client, SweepRecorder& recorder)
-      : options_(options), client_(client), recorder_(recorder) {}
+  Commissioning(const CommissionCommand& options,
+                client::Client& client,
+                SweepRecorder& recorder,
+                const runtime::StopSignal& stop)
+      : options_(options), client_(client), recorder_(recorder), stop_(stop) {}
 
   /// Checks one axis. @return what commissioning.json keeps of it
   Json check(const Candidate& candidate, const config::Deployment& deployment, std::vector<hal::SweepSample>& samples) {
@@ -213,9 +141,9 @@ class Commissioning {
                                side * candidate.scale() * wanted, candidate.unit(), candidate.scale() * speed,
                                candidate.unit(), wanted / speed);
       move(side * wanted);
-      answer = ask(fmt::format("did {} move {}?  y: yes, n: the other way, a: move again, q: quit", candidate.name,
-                               direction(candidate, side)),
-                   "ynaq");
+      answer = person_.ask(fmt::format("did {} move {}?  y: yes, n: the other way, a: move again, q: quit",
+                                       candidate.name, direction(candidate, side)),
+                           "ynaq", stop_);
       if (answer == 'a')
         move(-side * wanted);
     }
@@ -227,7 +155,7 @@ class Commissioning {
       move(side * distance);
     samples = recorder_.end();
     move(-side * wanted);
-    return describe(candidate, hal::evaluateSweep(samples), wanted, answer == 'y');
+    return describeAxis(candidate, hal::evaluateSweep(samples), wanted, answer == 'y');
   }
 
  private:
@@ -255,27 +183,11 @@ class Commissioning {
       return side > 0 ? "forward, into the body (+z)" : "back, out of the body (-z)";
     return side > 0 ? "counter-clockwise, seen from the tip (+z)" : "clockwise, seen from the tip (-z)";
   }
-  static Json describe(const Candidate& candidate, const hal::SweepResult& found, double wanted, bool right_way) {
-    std::vector<std::string> problems = problemsOf(candidate, found, wanted);
-    if (!right_way)
-      problems.insert(problems.begin(), std::string("it moves the wrong way: set `reversed: ") +
-                                            (candidate.axis->gearing.reversed ? "false" : "true") +
-                                            "`, and check encoder_reversed");
-    const bool encoder = candidate.axis->encoder.has_value();
-    return {{"unit", candidate.unit()},
-            {"direction", right_way ? "right" : "wrong"},
-            {"travel", candidate.scale() * found.travel},
-            {"following_max", candidate.scale() * found.following_max},
-            {"following_mean", candidate.scale() * found.following_mean},
-            {"backlash", encoder ? numberOrNull(candidate.scale() * found.backlash) : Json()},
-            {"encoder_ratio", encoder ? numberOrNull(found.encoder_ratio) : Json()},
-            {"problems", problems}};
-  }
-
   const CommissionCommand& options_;
   client::Client& client_;
   SweepRecorder& recorder_;
-  runtime::StopSignal stop_;
+  const runtime::StopSignal& stop_;
+  Person person_;
 };
 
 std::vector<Candidate> candidatesOf(const CommissionCommand& options,
@@ -294,26 +206,8 @@ std::vector<Candidate> candidatesOf(const CommissionCommand& options,
   return all;
 }
 
-/// The hardware file with the directions that were found wrong turned round.
-void writeHardware(const config::Deployment& deployment,
-                   const std::vector<Candidate>& candidates,
-                   const hal::HardwareConfig& hardware,
-                   const Findings& findings) {
-  std::vector<const hal::AxisConfig*> wrong;
-  for (const Candidate& candidate : candidates) {
-    const auto found = findings.json()["axes"].find(candidate.name);
-    if (found != findings.json()["axes"].end() && (*found)["direction"] == "wrong")
-      wrong.push_back(candidate.axis);
-  }
-  if (wrong.empty())
-    return;
-  const std::filesystem::path file = findings.folder() / "hardware.yaml";
-  std::ofstream(file) << config::withDirectionsReversed(deployment.hardware, hardware, wrong);
-  std::cerr << file.string() << ": the hardware file with " << wrong.size()
-            << " directions turned round; compare it, use it, and check these axes again\n";
-}
-
 int commission(const CommissionCommand& options) {
+  const runtime::StopSignal stop;
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   if (deployment.hardware.empty())
     throw Failure(kUsage,
@@ -334,7 +228,7 @@ int commission(const CommissionCommand& options) {
   client.setSilenceLimit(2.0 + 3.0 * deployment.control_period);
   client.acquireLease();
   client.stateCommand("enable");
-  Commissioning commissioning(options, client, recorder);
+  Commissioning commissioning(options, client, recorder, stop);
   std::size_t number = 0;
   try {
     for (const Candidate& candidate : candidates) {
@@ -356,12 +250,11 @@ int commission(const CommissionCommand& options) {
   }
   client.stateCommand("disable");
   client.releaseLease();
-  std::ofstream(findings.folder() / "report.md") << reportOf(findings.json());
-  writeHardware(deployment, candidates, hardware, findings);
+  findings.finish(deployment.hardware, hardware, candidates);
   if (options.figure.wanted())
-    drawFigures("commissioning.py", {findings.folder().string(), options.figure.path}, options.figure);
+    drawFigures("commissioning.py", {options.folder, options.figure.path}, options.figure);
   const bool good = std::ranges::all_of(candidates, [&](const Candidate& c) { return findings.passed(c.name); });
-  answer(reportOf(findings.json()), findings.json());
+  answer(findings.report(), findings.json());
   return good ? kOk : kFailure;
 }
 

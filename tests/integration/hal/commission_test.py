@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 
@@ -56,6 +57,22 @@ class Commission(HalTest):
         self.assert_ok(system.run("validate", corrected))
         self.assertEqual(corrected.read_text().count("reversed: true"), 2, "drive and encoder")
         self.assertIn("| arm_a alpha_1 | wrong |", (self.folder / "found" / "report.md").read_text())
+
+        # Ctrl-C at a question.
+        client = subprocess.Popen([system.executable(), "commission", "-d", str(running.path), "--out", str(self.folder / "found"),
+                                   *quick, "--joint", "alpha_2"], stdin=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                  start_new_session=True)
+        self.addCleanup(system.reap, client)
+        for line in client.stderr:
+            if "moves by" in line:
+                break
+        system.until(lambda: client.stderr.read(1) == "d", 60, "it asks: did ... move")
+        client.send_signal(signal.SIGINT)
+        _, errors = client.communicate(timeout=60)
+        self.assertEqual(client.returncode, 1, errors)
+        self.assertIn("interrupted; what is done is kept", errors)
+        self.assertEqual(running.states(), ["DISABLED", "DISABLED"])
+        self.assertNotIn("arm_a alpha_2", self.found())
 
         # All of the arm: the finished axis is skipped; without answers it ends at the next one.
         answer = self.commission(running, [], *quick)
