@@ -165,7 +165,8 @@ const Mapping& driveTable() {
               .oneOf({"csp", "csv", "pv"})
               .list(1, 3)
               .required(),
-          text("lacks", "protections that it does not have, in any of its modes (docs/hardware.md)", protections, &DriveProfile::lacks)
+          text("lacks", "protections that it does not have, in any of its modes (docs/hardware.md)", protections,
+               &DriveProfile::lacks)
               .list(0, hal::kProtectionCount)
               .required(),
           mapping("drive", modelTable(), "its keys").required(),

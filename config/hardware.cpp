@@ -136,6 +136,11 @@ class AxisReader {
     }
     if (!group.encoder)
       map.fail("encoder_node", "found an encoder node in a group without an `encoder` mapping; expected both or none");
+    const double range = encoder.range * hal::AxisUnits(encoder.gearing).resolution();
+    if (encoder.range > 0.0 && axis.upper - axis.lower >= range)
+      map.fail("upper", "found a travel of " + exact(axis.upper - axis.lower) +
+                            " for an encoder that begins again after " + exact(range) +
+                            " (m or rad), expected less: it could not tell where the joint is");
     axis.encoder = encoder;
     claimNode(map, "encoder_node", axis.bus, encoder.node);
   }

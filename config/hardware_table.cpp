@@ -209,6 +209,11 @@ Mapping encoderMapping(Kind kind) {
   table.fields.push_back(positive("tolerance", kind.position(), "largest permitted difference to the drive's position",
                                   &EncoderConfig::tolerance)
                              .required());
+  table.fields.push_back(positive("range", kNone,
+                                  "counts after which the encoder begins again at 0 (single-turn: one revolution); the "
+                                  "limits of each axis must be closer than that",
+                                  &EncoderConfig::range)
+                             .defaultNote("it never does"));
   append(table.fields, identityFields<EncoderConfig>());
   return table;
 }

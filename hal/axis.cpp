@@ -9,7 +9,6 @@
 
 namespace tandem::hal {
 namespace {
-
 using canopen::NodePhase;
 
 /// Longest time without the statusword bit "follows": one TPDO may have been sampled before the command arrived, s.
@@ -39,7 +38,7 @@ Axis::Axis(const HardwareConfig& hardware,
   if (!config.encoder)
     return;
   encoder_ = network.addNode(encoderSetup(hardware, config, budgets.drive_heartbeat));
-  encoder_units_ = AxisUnits(config.encoder->gearing);
+  encoder_reading_ = EncoderReading(*config.encoder, config.lower, config.upper);
 }
 
 void Axis::boot(std::int64_t now) noexcept {
@@ -55,6 +54,7 @@ void Axis::boot(std::int64_t now) noexcept {
   error_code_ = 0;
   drive_stream_.restart();
   encoder_stream_.restart();
+  encoder_reading_.restart();
   statusword_ = 0;
   motion_.restart();
   first_motion_.restart();
@@ -138,7 +138,7 @@ void Axis::readEncoder(std::int64_t now) noexcept {
   if (!encoder_stream_.fresh())
     return;
   encoder_alarm_ = (tpdo.get(slots::kEncoderAlarms) & 1u) != 0;
-  encoder_position_ = encoder_units_.toJoint(static_cast<std::int32_t>(tpdo.getSigned(slots::kEncoderPosition)));
+  encoder_position_ = encoder_reading_.take(static_cast<std::int32_t>(tpdo.getSigned(slots::kEncoderPosition)));
 }
 
 void Axis::setLimits() noexcept {

@@ -6,6 +6,7 @@
 
 #include "hal/brake.h"
 #include "hal/canopen/network.h"
+#include "hal/encoder_reading.h"
 #include "hal/feedback.h"
 #include "hal/first_motion.h"
 #include "hal/guards.h"
@@ -144,7 +145,7 @@ class Axis {
   int drive_;
   int encoder_ = -1;
   AxisUnits units_;
-  AxisUnits encoder_units_;
+  EncoderReading encoder_reading_;
   PowerSequence power_;
   MeasuredMotion motion_;
   std::optional<Brake> brake_;

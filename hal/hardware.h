@@ -73,6 +73,7 @@ struct EncoderConfig {
   DeviceIdentity identity;
   Gearing gearing;
   double tolerance = 0.0;  ///< largest difference to the drive's position, m or rad
+  double range = 0.0;      ///< counts after which the encoder begins again at 0; 0: never
 };
 
 /** A brake at a digital output of the drive (object 0x60FE), which the HAL opens and closes. */

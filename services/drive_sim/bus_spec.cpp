@@ -139,6 +139,7 @@ EncoderSpec encoderOf(const hal::AxisConfig& axis) {
   spec.serial = encoder.identity.serial != 0 ? encoder.identity.serial : kSerialBase + spec.id;
   spec.drive = static_cast<std::uint8_t>(axis.node);
   spec.ratio = hal::AxisUnits(axis.gearing).scale() / hal::AxisUnits(encoder.gearing).scale();
+  spec.range = std::llround(encoder.range);
   // The counter of a drive with absolute position has its own origin: encoder and drive must give the same joint
   // position.
   if (axis.reference != hal::PositionReference::kAbsoluteEncoder)

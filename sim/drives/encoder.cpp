@@ -53,6 +53,8 @@ void Encoder::step(double dt) noexcept {
 
 void Encoder::refresh() noexcept {
   position_value_.value = sensor.distort(position(), held_reading_, random_);
+  if (spec_.range > 0)
+    position_value_.value = (position_value_.value % spec_.range + spec_.range) % spec_.range;
   speed_.value = std::clamp<std::int64_t>(std::llround(spec_.ratio * motor_.velocity()), -32768, 32767);
   alarms_.value = sensor.alarm ? kPositionAlarm : 0;
   status_.value = operating_.value;

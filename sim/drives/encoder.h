@@ -17,6 +17,7 @@ struct EncoderSpec {
   std::uint8_t drive = 1;   ///< node id of the drive whose axis it measures
   double ratio = 1.0;       ///< its units per count of the drive; negative: opposite direction
   std::int32_t offset = 0;  ///< units at position 0 of the drive's motor
+  std::int64_t range = 0;   ///< units after which it begins again at 0; 0: never
   double play = 0.0;        ///< free travel between motor and encoder, counts of the drive
 };
 
