@@ -57,14 +57,6 @@ Client::Client(const config::Deployment& deployment, Callbacks callbacks, Receiv
   const auto start = std::chrono::steady_clock::now();
   received_at_ = {{kDrives, start}, {"control", start}, {"planning", start}};
   listen();
-  summaries_ = bus_.reader(dds::kPlanningSummary, [this](const auto& m) {
-    {
-      const std::lock_guard lock(mutex_);
-      snapshot_.summary = m;
-      ++snapshot_.summaries;
-    }
-    changed_.notify_all();
-  });
   diagnostics_ = bus_.reader(dds::kDiagnostics, [this](const dds::DiagnosticArray& m) {
     const std::lock_guard lock(mutex_);
     for (const dds::DiagnosticStatus& status : m.status)
@@ -112,10 +104,15 @@ void Client::listen() {
       tap(message);
     changed_.notify_all();
   };
-  const dds::ReaderOptions deep{kRecorderDepth};
-  states_ = bus_.reader(
-      dds::kActuationState,
-      [this, received](const auto& m) { received(&Snapshot::state, &Snapshot::states, m, callbacks_.state); }, deep);
+  // The callbacks are members, which outlive the readers.
+  const auto read = [&](const auto& topic, auto slot, auto count, const auto& tap) {
+    return bus_.reader(
+        topic, [received, slot, count, &tap](const auto& m) { received(slot, count, m, tap); },
+        dds::ReaderOptions{kRecorderDepth});
+  };
+  states_ = read(dds::kActuationState, &Snapshot::state, &Snapshot::states, callbacks_.state);
+  references_ = read(dds::kPlanningReference, &Snapshot::reference, &Snapshot::references, callbacks_.reference);
+  hals_ = read(dds::kHalStatus, &Snapshot::hal, &Snapshot::hals, callbacks_.hal);
   statuses_ = bus_.reader(
       dds::kControlStatus,
       [this, received](const auto& m) {
@@ -123,23 +120,17 @@ void Client::listen() {
         control_sequence_ = m.sequence;
         received(&Snapshot::status, &Snapshot::statuses, m, callbacks_.status);
       },
-      deep);
-  references_ = bus_.reader(
-      dds::kPlanningReference,
-      [this, received](const auto& m) {
-        received(&Snapshot::reference, &Snapshot::references, m, callbacks_.reference);
-      },
-      deep);
-  hals_ = bus_.reader(
-      dds::kHalStatus,
-      [this, received](const auto& m) { received(&Snapshot::hal, &Snapshot::hals, m, callbacks_.hal); }, deep);
+      dds::ReaderOptions{kRecorderDepth});
   clearances_ = bus_.reader(dds::kControlClearance, [received](const auto& m) {
     received(&Snapshot::clearances, &Snapshot::clearance_count, m, std::function<void(const dds::Clearances&)>());
+  });
+  summaries_ = bus_.reader(dds::kPlanningSummary, [received](const auto& m) {
+    received(&Snapshot::summary, &Snapshot::summaries, m, std::function<void(const dds::RunSummary&)>());
   });
 }
 
 void Client::rest() {
-  for (dds::Reader* reader : {&states_, &statuses_, &references_, &hals_, &clearances_})
+  for (dds::Reader* reader : {&states_, &statuses_, &references_, &hals_, &clearances_, &summaries_})
     *reader = {};
 }
 

@@ -171,6 +171,17 @@ TEST(DriveProfile, ValuesFitTheirTypes) {
   }
 }
 
+/// A single-turn encoder cannot tell where a joint is whose limits are farther apart than one turn.
+TEST(EncoderRange, NeedsLimitsWithinIt) {
+  const std::string encoder = "encoder: {counts_per_revolution: 65536, lead_mm: 2, tolerance_mm: 0.3";
+  const auto with = [&](const std::string& counts) {
+    return replaced(withProfile(), encoder, encoder + ", range: " + counts);
+  };
+  EXPECT_EQ(Lab(with("14400000")).load().axes[0].encoder->range, 14400000.0) << "439 mm";
+  const std::string message = refusal(Lab(with("14000000"))).first;
+  EXPECT_NE(message.find("translations[0].axes[0].upper_mm: found a travel of 0.437"), std::string::npos) << message;
+}
+
 TEST(DriveProfile, TheTableOfTheDocumentationIsMadeOfThem) {
   const std::string page = readAll(std::filesystem::path(TANDEM_SOURCE) / "docs/hardware.md");
   EXPECT_NE(page.find(triedWith(presets() / "drives")), std::string::npos)

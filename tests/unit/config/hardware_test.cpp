@@ -71,17 +71,6 @@ TEST(Hardware, AnAxisAcceptsTheLossOfProtectionsWithAReason) {
   refused("{protection: heartbeat_watch}", 0, "reason", "the key is missing");
 }
 
-TEST(Hardware, AnEncoderThatBeginsAgainNeedsLimitsWithinItsRange) {
-  const std::string encoder = "encoder: {counts_per_revolution: 65536, lead_mm: 2, tolerance_mm: 0.3}";
-  const auto with = [&](const std::string& counts) {
-    return replaced(good(), encoder, replaced(encoder, "lead_mm", "range: " + counts + ", lead_mm"));
-  };
-  EXPECT_EQ(loadText(with("14400000")).axes[0].encoder->range, 14400000.0) << "439 mm";
-  const std::string wide = "lower_mm: -437, upper_mm: 0, encoder_node: 17";
-  expectHardwareRefusal({encoder, replaced(encoder, "lead_mm", "range: 14000000, lead_mm"), wide, 24,
-                         "translations[0].axes[0].upper_mm", "it could not tell where the joint is"});
-}
-
 TEST(Hardware, LimitsAreThoseOfRobotAndDrive) {
   const hal::HardwareConfig hardware = loadHardware(hardwarePreset());
   const Robot robot = loadRobot(presets() / "robots/ark2024.yaml");
