@@ -21,7 +21,9 @@ MIXED = {1: ("epos4", "csp"), 2: ("gold", "csv"), 3: ("mc3", "pv")}
 
 class Vendors(HalTest):
     # What stops in time is tested elsewhere; here a process of a busy host may be late.
-    feedback_budget_ms = 300
+    feedback_budget_ms = 900
+    budgets = ("{drive_heartbeat_ms: 1500, minimum_age_ms: 1000, planning_reference_ms: 2000, lease_ms: 5000, "
+               "teleoperation_ms: 1000}")
 
     def mix(self):
         """The preset with each joint of arm A in a group of its own; the drives' options on bus A."""

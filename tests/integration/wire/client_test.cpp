@@ -107,6 +107,21 @@ TEST(Interruption, BeforeARequestIsReportedAsSuch) {
   expect_interrupted([&] { client.connect(20.0); });
 }
 
+/// Nobody sends periodic messages to a client that rests; afterwards they come again.
+TEST(Rest, AClientThatRestsReceivesNoPeriodicMessages) {
+  Client client(testDeployment(), {}, Client::Receives::kAnyRobot);
+  dds::Bus bus(dds::testOptions());
+  dds::Writer<dds::ControlStatus> statuses = bus.writer(dds::kControlStatus);
+  const auto write = [&] { statuses.write(dds::ControlStatus{}); };
+  EXPECT_TRUE(dds::repeatUntil([&] { return client.snapshot().statuses > 0; }, write));
+  client.rest();
+  EXPECT_TRUE(dds::repeatUntil([&] { return statuses.matched() == 0; }, write));
+  const std::uint64_t received = client.snapshot().statuses;
+  write();
+  client.listen();
+  EXPECT_TRUE(dds::repeatUntil([&] { return client.snapshot().statuses > received; }, write));
+}
+
 // However many samples come, the client keeps its lease: here a condition has the lock of the snapshot until it has.
 TEST(Lease, IsKeptWhileTheSnapshotIsLocked) {
   dds::Watched<int> received;
