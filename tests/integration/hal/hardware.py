@@ -85,6 +85,7 @@ class HalTest(system.SystemTest):
             # Drives that the guest's scheduler delays by 0.3 s lag by 3 mm.
             preset = preset.replace("following_error_mm: 1", "following_error_mm: 4")
             preset = preset.replace("following_error_deg: 5", "following_error_deg: 45")
+            preset = preset.replace("first_motion_mm: 1", "first_motion_mm: 4").replace("first_motion_deg: 5", "first_motion_deg: 45")
         self.hardware.write_text(preset)
 
     def bus(self, name):
