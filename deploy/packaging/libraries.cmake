@@ -23,7 +23,7 @@ endforeach()
 
 foreach(room safety kinematics control planning hal sim config robots experiments operation services/dds services/runtime)
   file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} ${room}/*.h ${room}/*.inc)
-  list(FILTER headers EXCLUDE REGEX "/detail/|_detail[.]h$|/(identities|start_transport)[.]h$")  # internal: no public header includes them
+  list(FILTER headers EXCLUDE REGEX "/detail/|_detail[.]h$|/(endpoint_list|identities|start_transport)[.]h$")  # internal: no public header includes them
   foreach(header IN LISTS headers)
     cmake_path(GET header PARENT_PATH folder)
     install(FILES ${header} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/tandem/${folder} COMPONENT dev)

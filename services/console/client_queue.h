@@ -14,10 +14,12 @@
 
 namespace tandem::console {
 
+enum class FrameKind { kSample, kText, kBinary };
+
 /** One frame to a client. */
 struct Outgoing {
-  bool text = false;                           ///< a text frame: the header is unused
-  MessageHeader header{};                      ///< before the payload
+  FrameKind kind = FrameKind::kSample;
+  MessageHeader header{};                      ///< of a sample, before the payload
   std::shared_ptr<const std::string> payload;  ///< shared among clients
 };
 

@@ -196,8 +196,8 @@ class WebSocket final : public Session, public std::enable_shared_from_this<WebS
     current_ = *next;
     writing_ = true;
     write_began_ = Clock::now();
-    socket_.text(current_.text);
-    const std::size_t header = current_.text ? 0 : current_.header.size();
+    socket_.text(current_.kind == FrameKind::kText);
+    const std::size_t header = current_.kind == FrameKind::kSample ? current_.header.size() : 0;
     report_.bytes += header + current_.payload->size();
     ++report_.messages;
     const std::array<net::const_buffer, 2> buffers{net::buffer(current_.header.data(), header),

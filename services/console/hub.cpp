@@ -14,8 +14,11 @@ namespace {
 constexpr int kDepth = 256;  // samples queued by DDS: a quarter of a second of the fastest topics
 constexpr std::size_t kMaxPublications = 200;
 
-/// Whether a topic carries answers to requests.
-bool carriesAnswers(const dds::TopicInfo& topic) {
+constexpr int kGraphLooks = 10;  // looks between two updates of the connection graph
+constexpr const char* kOwnName = "tandem-console";
+
+/// Whether a topic carries replies to requests.
+bool carriesReplies(const dds::TopicInfo& topic) {
   static const std::set<std::string> answers{"tandem_msgs/msg/Reply", "tandem_msgs/msg/ComputationProgress",
                                              "tandem_msgs/msg/ComputationResult", "tandem_msgs/msg/ClockReply"};
   return answers.contains(topic.type);
@@ -23,13 +26,14 @@ bool carriesAnswers(const dds::TopicInfo& topic) {
 
 }  // namespace
 
-void Client::sendText(std::string text) {
-  Outgoing frame;
-  frame.text = true;
-  frame.payload = std::make_shared<const std::string>(std::move(text));
-  if (queue_.push(ClientQueue::kText, false, std::move(frame)))
+void Client::send(FrameKind kind, std::string frame) {
+  if (queue_.push(ClientQueue::kText, false, {kind, {}, std::make_shared<const std::string>(std::move(frame))}))
     wake_();
 }
+
+void Client::sendText(std::string text) { send(FrameKind::kText, std::move(text)); }
+
+void Client::sendBinary(std::string frame) { send(FrameKind::kBinary, std::move(frame)); }
 
 void Client::note(StatusLevel level, const std::string& message, const std::string& id) {
   sendText(statusNote(level, message, id));
@@ -38,21 +42,26 @@ void Client::note(StatusLevel level, const std::string& message, const std::stri
 Hub::Hub(dds::Bus& bytes, const std::vector<std::string>& arms, const std::string& session) : bytes_(bytes) {
   const std::string& prefix = bytes.options().prefix;
   std::vector<Channel> channels;
+  std::vector<HubChannel> of_requests;
   for (const dds::TopicInfo& topic : dds::allTopics(arms)) {
     auto line = std::make_unique<Line>();
     line->topic = topic;
     line->name = dds::rosTopicName(prefix, topic.name);
     line->may_lose = topic.profile == dds::Profile::kPeriodic || topic.profile == dds::Profile::kCommand;
     line->latched = topic.profile == dds::Profile::kLatched;
-    line->answers = carriesAnswers(topic);
+    line->values = topic.type == dds::DiagnosticArray::kType;
+    line->always = line->values || carriesReplies(topic);
     if (dds::mayPublish(dds::Role::kConsoleOperator, topic))
       line->writer = std::make_unique<dds::RawWriter>(bytes_, topic);
     channels.push_back(
         {static_cast<std::uint32_t>(lines_.size()), line->name, topic.type, dds::messageDefinition(topic.type)});
+    of_requests.push_back({channels.back().id, line->name, topic});
     lines_.push_back(std::move(line));
   }
+  requests_ = std::make_unique<RobotRequests>(
+      of_requests, [this](std::uint32_t channel, std::string_view cdr) { return publish(channel, cdr); });
   for (std::uint32_t channel = 0; channel < lines_.size(); ++channel) {
-    if (lines_[channel]->answers)
+    if (lines_[channel]->always)
       open(channel);
   }
   hello_ = serverInfo("tandem-console " + prefix, session);
@@ -70,6 +79,12 @@ void Hub::open(std::uint32_t channel) {
 
 void Hub::onSample(Line& line, std::uint32_t channel, std::string_view bytes) {
   ++received_;
+  if (line.values) {
+    if (const auto diagnostics = dds::decode<dds::DiagnosticArray>(bytes))
+      requests_->onDiagnostics(*diagnostics);
+  } else if (line.always) {
+    requests_->onReply(channel, bytes);
+  }
   const auto now = static_cast<std::uint64_t>(runtime::wallNow());
   const std::lock_guard lock(line.mutex);
   if (line.subscribers.empty() && !line.latched)
@@ -92,8 +107,9 @@ void Hub::send(const Line& line,
                const Subscriber& subscriber,
                const std::vector<HubSample>& samples) {
   for (const HubSample& sample : samples) {
-    if (subscriber.client->queue().push(channel, line.may_lose,
-                                        {false, messageHeader(subscriber.subscription, sample.time), sample.bytes}))
+    if (subscriber.client->queue().push(
+            channel, line.may_lose,
+            {FrameKind::kSample, messageHeader(subscriber.subscription, sample.time), sample.bytes}))
       subscriber.client->wake_();
   }
 }
@@ -106,18 +122,25 @@ void Hub::look() {
     for (Subscriber& subscriber : line.subscribers)
       send(line, channel, subscriber, subscriber.decimation.look(now));
   }
+  requests_->look(now);
+  if (++looks_ % kGraphLooks == 0 && !graph_watchers_.empty())
+    updateGraph();
 }
 
 void Hub::join(const std::shared_ptr<Client>& client) {
   clients_.push_back(client);
   client->sendText(hello_);
   client->sendText(advertisement_);
+  if (client->role() == dds::Role::kConsoleOperator)
+    client->sendText(serviceAdvertisement(requests_->services()));
 }
 
 void Hub::leave(const std::shared_ptr<Client>& client) {
   while (!client->subscriptions_.empty())
     unsubscribe(client, client->subscriptions_.begin()->second);
   std::erase(clients_, client);
+  graph_watchers_.erase(client);
+  requests_->leave(client);
 }
 
 void Hub::subscribe(const std::shared_ptr<Client>& client, const Subscription& wanted) {
@@ -139,8 +162,8 @@ void Hub::subscribe(const std::shared_ptr<Client>& client, const Subscription& w
     line.subscribers.push_back(
         {subscription, client, Decimation(limit > 0.0 ? static_cast<std::uint64_t>(1e9 / limit) : 0)});
     // An existing reader has already received the last sample.
-    if (line.last &&
-        client->queue().push(channel, line.may_lose, {false, messageHeader(subscription, line.last_time), line.last}))
+    if (line.last && client->queue().push(channel, line.may_lose,
+                                          {FrameKind::kSample, messageHeader(subscription, line.last_time), line.last}))
       client->wake_();
   }
   if (line.open)
@@ -162,7 +185,7 @@ void Hub::detach(const std::shared_ptr<Client>& client, std::uint32_t channel) {
     empty = line.subscribers.empty();
   }
   client->queue().forget(channel);
-  if (!empty || line.answers)
+  if (!empty || line.always)
     return;
   line.reader = {};  // waits for a running callback: not under the mutex
   line.open = false;
@@ -217,13 +240,81 @@ void Hub::onText(const std::shared_ptr<Client>& client, std::string_view frame) 
   } else if (const auto* withdrawn = std::get_if<Unadvertise>(&said)) {
     for (const std::uint32_t id : withdrawn->ids)
       client->publications_.erase(id);
-  } else {
+  } else if (const auto* error = std::get_if<ProtocolError>(&said)) {
     ++refused_;
-    client->note(StatusLevel::kError, std::get<ProtocolError>(said).why, "text");
+    client->note(StatusLevel::kError, error->why, "text");
+  } else {
+    onParameterText(client, said);
   }
 }
 
+void Hub::onParameterText(const std::shared_ptr<Client>& client, const ClientText& said) {
+  if (const auto* asked = std::get_if<GetParameters>(&said))
+    requests_->get(client, *asked);
+  else if (const auto* given = std::get_if<SetParameters>(&said))
+    requests_->set(client, *given);
+  else if (const auto* watched = std::get_if<WatchParameters>(&said))
+    requests_->watch(client, *watched);
+  else if (const auto* graph = std::get_if<WatchGraph>(&said))
+    watch(client, *graph);
+}
+
+void Hub::watch(const std::shared_ptr<Client>& client, const WatchGraph& wanted) {
+  if (!wanted.watch) {
+    graph_watchers_.erase(client);
+    return;
+  }
+  updateGraph();
+  graph_watchers_.insert(client);
+  client->sendText(connectionGraphUpdate({}, graph_));
+}
+
+/// Of other processes by discovery; this one publishes what its clients have advertised, and reads for subscribers.
+ConnectionGraph Hub::graph() const {
+  ConnectionGraph graph;
+  std::set<std::string> known;
+  for (const auto& line : lines_) {
+    known.insert(line->name);
+    if (line->open)
+      graph.subscribers[line->name].insert(kOwnName);
+  }
+  for (const auto& client : clients_) {
+    for (const auto& [id, channel] : client->publications_)
+      graph.publishers[lines_[channel]->name].insert(kOwnName);
+  }
+  for (const dds::Endpoint& end : bytes_.endpoints()) {
+    if (known.contains(end.topic))
+      (end.writes ? graph.publishers : graph.subscribers)[end.topic].insert(end.participant);
+  }
+  for (const Service& service : requests_->services()) {
+    if (const auto found = graph.publishers.find(requests_->replyTopic(service)); found != graph.publishers.end())
+      graph.providers[service.name] = found->second;
+  }
+  return graph;
+}
+
+void Hub::updateGraph() {
+  ConnectionGraph now = graph();
+  if (now == graph_)
+    return;
+  const std::string update = connectionGraphUpdate(graph_, now);
+  for (const auto& client : graph_watchers_)
+    client->sendText(update);
+  graph_ = std::move(now);
+}
+
+std::string Hub::publish(std::uint32_t channel, std::string_view cdr) {
+  const auto& writer = lines_[channel]->writer;
+  const bool sent = writer && writer->write(cdr);
+  ++(sent ? published_ : refused_);
+  if (!sent)
+    return writer ? writer->lastProblem() : "this console may not publish it";
+  return writer->matched() == 0 ? "no subscriber; is the robot running?" : "";
+}
+
 void Hub::onBinary(const std::shared_ptr<Client>& client, std::string_view frame) {
+  if (const auto call = parseServiceCall(frame))
+    return requests_->call(client, *call);
   const auto message = parseBinary(frame);
   const auto known = message ? client->publications_.find(message->topic) : client->publications_.end();
   if (known == client->publications_.end()) {
@@ -231,18 +322,15 @@ void Hub::onBinary(const std::shared_ptr<Client>& client, std::string_view frame
     return client->note(
         StatusLevel::kError,
         message ? "topic " + std::to_string(message->topic) + ": not advertised, or its advertisement was refused"
-                : "binary frame: expected a message (opcode 1, topic, CDR)",
+                : "binary frame: expected a message (opcode 1, topic, CDR) or a service call (opcode 2)",
         "binary");
   }
-  Line& line = *lines_[known->second];
-  const std::string id = "publish/" + std::to_string(message->topic);
-  if (!line.writer->write(message->payload)) {
-    ++refused_;
-    return client->note(StatusLevel::kError, line.name + ": " + line.writer->lastProblem(), id);
-  }
-  ++published_;
-  if (line.writer->matched() == 0)
-    client->note(StatusLevel::kWarning, line.name + ": no subscriber; is the robot running?", id);
+  const auto channel = static_cast<std::uint32_t>(known->second);
+  if (channel == requests_->controlRequests())
+    requests_->note(client, message->payload);
+  if (const std::string problem = publish(channel, message->payload); !problem.empty())
+    client->note(StatusLevel::kError, lines_[channel]->name + ": " + problem,
+                 "publish/" + std::to_string(message->topic));
 }
 
 void Hub::reportDropped() {

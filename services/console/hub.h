@@ -8,13 +8,16 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "services/console/client_queue.h"
+#include "services/console/connection_graph.h"
 #include "services/console/decimation.h"
 #include "services/console/protocol.h"
+#include "services/console/robot_requests.h"
 #include "services/dds/raw.h"
 #include "services/dds/roles.h"
 
@@ -31,11 +34,15 @@ class Client {
   ClientQueue& queue() { return queue_; }
   /// Adds a text frame.
   void sendText(std::string text);
+  /// Adds a binary frame that is no sample.
+  void sendBinary(std::string frame);
   /// Adds a status message for people.
   void note(StatusLevel level, const std::string& message, const std::string& id);
 
  private:
   friend class Hub;
+  void send(FrameKind kind, std::string frame);
+
   dds::Role role_;
   double rate_;
   std::function<void()> wake_;
@@ -62,7 +69,8 @@ class Hub {
   void onText(const std::shared_ptr<Client>& client, std::string_view frame);
   void onBinary(const std::shared_ptr<Client>& client, std::string_view frame);
 
-  /// Sends the last samples of topics of which no newer ones have come. Called about ten times a second.
+  /// Sends the last samples of topics of which no newer ones have come, and changes of the connection graph; ends the
+  /// wait for replies that are late. Called about ten times a second.
   void look();
   /// Reports to clients the samples that their queues have dropped since the last call. Called about once a second.
   void reportDropped();
@@ -83,7 +91,9 @@ class Hub {
   struct Line {
     dds::TopicInfo topic;
     std::string name;  ///< in ROS 2
-    bool may_lose = false, latched = false, answers = false;
+    bool may_lose = false, latched = false;
+    bool always = false;  ///< read without subscribers, too: the topic has replies, or values of parameters
+    bool values = false;
     dds::Reader reader;
     std::unique_ptr<dds::RawWriter> writer;
     bool open = false;
@@ -103,11 +113,20 @@ class Hub {
   void unsubscribe(const std::shared_ptr<Client>& client, std::uint32_t subscription);
   void detach(const std::shared_ptr<Client>& client, std::uint32_t channel);
   void advertise(const std::shared_ptr<Client>& client, const Advertise::Topic& wanted);
+  std::string publish(std::uint32_t channel, std::string_view cdr);
+  void onParameterText(const std::shared_ptr<Client>& client, const ClientText& said);
+  void watch(const std::shared_ptr<Client>& client, const WatchGraph& wanted);
+  ConnectionGraph graph() const;
+  void updateGraph();
 
   dds::Bus& bytes_;
+  std::unique_ptr<RobotRequests> requests_;   // before the readers, whose callbacks use it
   std::vector<std::unique_ptr<Line>> lines_;  ///< by channel
   std::vector<std::shared_ptr<Client>> clients_;
   std::string hello_, advertisement_;
+  std::set<std::shared_ptr<Client>> graph_watchers_;
+  ConnectionGraph graph_;  ///< as they know it
+  int looks_ = 0;
   std::atomic<std::uint64_t> received_{0};
   std::uint64_t published_ = 0, refused_ = 0;
 };

@@ -11,7 +11,6 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <variant>
 #include <vector>
 
@@ -73,11 +72,40 @@ struct Advertise {
 struct Unadvertise {
   std::vector<std::uint32_t> ids;
 };
+/** A parameter: numbers, and texts. */
+struct Parameter {
+  std::string name;
+  std::variant<double, std::string> value;
+  bool operator==(const Parameter&) const = default;
+};
+struct GetParameters {
+  std::vector<std::string> names;  ///< none: all
+  std::optional<std::string> id;   ///< repeated in the answer
+};
+struct SetParameters {
+  std::vector<Parameter> parameters;
+  std::optional<std::string> id;  ///< repeated in the answer; without it there is no answer
+};
+struct WatchParameters {
+  std::vector<std::string> names;  ///< none: all
+  bool watch = true;               ///< false: the updates end
+};
+struct WatchGraph {
+  bool watch = true;
+};
 /** A frame that this server cannot parse. */
 struct ProtocolError {
   std::string why;
 };
-using ClientText = std::variant<Subscribe, Unsubscribe, Advertise, Unadvertise, ProtocolError>;
+using ClientText = std::variant<Subscribe,
+                                Unsubscribe,
+                                Advertise,
+                                Unadvertise,
+                                GetParameters,
+                                SetParameters,
+                                WatchParameters,
+                                WatchGraph,
+                                ProtocolError>;
 
 /// Longest text frame that is parsed, bytes.
 inline constexpr std::size_t kMaxClientText = 256 * 1024;
@@ -94,5 +122,27 @@ struct ClientMessage {
 };
 /// Parses a binary frame; empty if it is not a message.
 std::optional<ClientMessage> parseBinary(std::string_view frame) noexcept;
+
+/** A call of a service; the texts point into the frame. */
+struct ServiceCall {
+  std::uint32_t service = 0, call = 0;
+  std::string_view encoding, payload;
+};
+/// Parses a binary frame; empty if it is not a call.
+std::optional<ServiceCall> parseServiceCall(std::string_view frame) noexcept;
+
+/** A service that clients may call. */
+struct Service {
+  std::uint32_t id = 0;
+  std::string name;                              ///< "/tandem/control/request"
+  std::string request_type, request_definition;  ///< as of a Channel
+  std::string reply_type, reply_definition;
+};
+
+std::string parameterValues(const std::vector<Parameter>& parameters, const std::optional<std::string>& id);
+std::string serviceAdvertisement(const std::vector<Service>& services);
+/// A binary frame. @param reply  CDR
+std::string serviceResponse(const ServiceCall& call, std::string_view reply);
+std::string serviceFailure(const ServiceCall& call, const std::string& why);
 
 }  // namespace tandem::console

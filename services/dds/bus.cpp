@@ -121,6 +121,7 @@ Bus::Bus(const BusOptions& options) : participant_(std::make_shared<detail::Part
 
 Bus::~Bus() { onMismatch({}); }
 
+std::vector<Endpoint> Bus::endpoints() const { return participant_->endpoints(); }
 std::vector<Identity> Bus::others() const { return others_ ? others_->all() : std::vector<Identity>{}; }
 
 std::optional<Identity> Bus::identityOf(std::uint64_t session) const {

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "services/dds/credentials.h"
+#include "services/dds/endpoints.h"
 #include "services/dds/messages.h"
 #include "services/dds/topics.h"
 
@@ -189,6 +190,8 @@ class Bus {
 
   /// Identities of all other present participants that have published one. Any thread.
   std::vector<Identity> others() const;
+  /// Writers and readers of all other participants. Any thread.
+  std::vector<Endpoint> endpoints() const;
   /// Identity of a session, also of recently ended ones.
   std::optional<Identity> identityOf(std::uint64_t session) const;
   /// Sets the handler of messages of another robot or deployment, called on DDS threads. An empty function removes it:

@@ -260,10 +260,12 @@ void Participant::on_participant_discovery(fast::DomainParticipant*, rtps::Parti
   const std::lock_guard lock(names_mutex_);
   const bool gone = info.status == rtps::ParticipantDiscoveryInfo::REMOVED_PARTICIPANT ||
                     info.status == rtps::ParticipantDiscoveryInfo::DROPPED_PARTICIPANT;
-  if (gone)
+  if (gone) {
     names_.erase(info.info.m_guid.guidPrefix);
-  else
+    endpoints_.forget(info.info.m_guid.guidPrefix);
+  } else {
     names_[info.info.m_guid.guidPrefix] = info.info.m_participantName.to_string();
+  }
 }
 
 std::string Participant::senderOf(const rtps::InstanceHandle_t& writer) const {

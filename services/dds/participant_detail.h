@@ -14,6 +14,7 @@
 #include <string>
 
 #include "services/dds/bus.h"
+#include "services/dds/endpoint_list.h"
 
 namespace tandem::dds::detail {
 
@@ -40,6 +41,12 @@ class Participant : private fast::DomainParticipantListener {
   /// Name of the participant of this writer; empty if unknown.
   std::string senderOf(const eprosima::fastrtps::rtps::InstanceHandle_t& writer) const;
 
+  /// Writers and readers of all other participants.
+  std::vector<Endpoint> endpoints() const {
+    const std::lock_guard lock(names_mutex_);
+    return endpoints_.all(names_);
+  }
+
   void noteDropped(const std::string& topic, const char* why);
   std::vector<Dropped> dropped() const;
   void onMismatch(std::function<void(const Mismatch&)> handler);
@@ -48,10 +55,21 @@ class Participant : private fast::DomainParticipantListener {
  private:
   void on_participant_discovery(fast::DomainParticipant*,
                                 eprosima::fastrtps::rtps::ParticipantDiscoveryInfo&& info) override;
+  void on_subscriber_discovery(fast::DomainParticipant*,
+                               eprosima::fastrtps::rtps::ReaderDiscoveryInfo&& found) override {
+    endpoints_.note(found.info.guid(), found.info.topicName().to_string(), false,
+                    found.status == eprosima::fastrtps::rtps::ReaderDiscoveryInfo::REMOVED_READER);
+  }
+  void on_publisher_discovery(fast::DomainParticipant*,
+                              eprosima::fastrtps::rtps::WriterDiscoveryInfo&& found) override {
+    endpoints_.note(found.info.guid(), found.info.topicName().to_string(), true,
+                    found.status == eprosima::fastrtps::rtps::WriterDiscoveryInfo::REMOVED_WRITER);
+  }
 
   BusOptions options_;
   mutable std::mutex names_mutex_;
   std::map<eprosima::fastrtps::rtps::GuidPrefix_t, std::string> names_;  ///< of other participants
+  EndpointList endpoints_;
   std::mutex mutex_;
   mutable std::mutex dropped_mutex_;
   std::vector<Dropped> dropped_;

@@ -22,6 +22,14 @@ void check(const Advertise& request) {
   const auto sent = nlohmann::json::parse(advertisement(channels));
   expect(sent.at("channels").size() == channels.size(), "a topic's texts can be sent as JSON");
 }
+void check(const GetParameters& request) { expect(request.names.size() <= kMaxEntries, "names are few"); }
+void check(const SetParameters& request) {
+  expect(request.parameters.size() <= kMaxEntries, "parameters are few");
+  const auto sent = nlohmann::json::parse(parameterValues(request.parameters, request.id));
+  expect(sent.at("parameters").size() == request.parameters.size(), "values can be sent as JSON");
+}
+void check(const WatchParameters& request) { expect(request.names.size() <= kMaxEntries, "names are few"); }
+void check(const WatchGraph&) {}
 void check(const ProtocolError& error) {
   expect(!error.why.empty(), "a refusal has a reason");
   const auto note = nlohmann::json::parse(statusNote(StatusLevel::kError, error.why, "protocol"));
@@ -35,6 +43,12 @@ void checkBinary(std::string_view frame) {
   expect(message.has_value() == (frame.size() >= 5 && frame[0] == 1), "a message has an opcode and an id");
   if (message)
     expect(message->payload == frame.substr(5), "the payload is the rest of the frame");
+  if (const auto call = parseServiceCall(frame)) {
+    expect(frame[0] == 2 && 13 + call->encoding.size() + call->payload.size() == frame.size(),
+           "a call is the whole frame");
+    expect(nlohmann::json::parse(serviceFailure(*call, std::string(call->encoding))).contains("message"),
+           "a failure can be sent as JSON");
+  }
 }
 
 void checkOffer(std::string_view offered) {

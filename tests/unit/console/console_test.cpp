@@ -93,7 +93,7 @@ TEST(Protocol, HeadersAreLittleEndian) {
 }
 
 Outgoing frame(const std::string& text) {
-  return {false, messageHeader(0, 0), std::make_shared<const std::string>(text)};
+  return {FrameKind::kSample, messageHeader(0, 0), std::make_shared<const std::string>(text)};
 }
 
 TEST(Queue, KeepsTheOrderAndTheNewest) {
