@@ -15,14 +15,14 @@ const kYes: Answer = { accepted: true, code: 0, reason: "", value: 0, took: 1 };
 /** Records what a check asks for. */
 class Asked implements Planner {
   requests: Record<string, unknown>[] = [];
-  told: [number, bigint][] = [];
+  sent: [number, bigint][] = [];
   next: Promise<Answer> = Promise.resolve(kYes);
   compute(what: object): { request: bigint; answer: Promise<Answer> } {
     this.requests.push(what as Record<string, unknown>);
     return { request: BigInt(this.requests.length), answer: this.next };
   }
   tellComputation(kind: number, computation: bigint): void {
-    this.told.push([kind, computation]);
+    this.sent.push([kind, computation]);
   }
 }
 
@@ -116,9 +116,10 @@ test("a check counts for its text and its joints only, and is repeated when the 
 test("a check is kept alive, cancelled when another text is wanted, and given up in silence", () => {
   const { check, planner } = checked();
   for (let now = 1000; now < 3500; now += 50) check.look(now, wanted("a"));
-  expect(planner.told).toEqual([1, 2].map(() => [ComputationKind.keepAlive, 1n]));
-  check.look(3500, wanted("b"));
-  expect(planner.told.at(-1)).toEqual([ComputationKind.cancel, 1n]);
+  expect(planner.sent).toEqual([1, 2].map(() => [ComputationKind.keepAlive, 1n]));
+  for (let now = 3500; now < 4400; now += 50) check.look(now, wanted("b"));
+  expect(planner.sent).toHaveLength(3);
+  expect(planner.sent.at(-1)).toEqual([ComputationKind.cancel, 1n]);
   check.ended(result(1, { outcome: Outcome.cancelled }));
   check.look(4500, wanted("b"));
   expect(planner.requests).toHaveLength(2);

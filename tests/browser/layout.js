@@ -66,7 +66,10 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, open }) => {
   const layers = {
     "the Method panel": [() => me().tab("method"), () => me().tab("operate")],
     "the Log panel": [() => me().tab("log"), () => me().tab("operate")],
-    "the trajectory as YAML": [() => page().click("summary"), () => page().click("summary")],
+    "the trajectory as YAML": [
+      () => page().click("#trajectory-yaml > summary"),
+      () => page().click("#trajectory-yaml > summary"),
+    ],
     "the curtain": [
       async () => {
         process.kill(setting.pids.control, "SIGSTOP");
@@ -142,7 +145,7 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, open }) => {
           await page().focus("#trajectory input:checked");
         },
         "the trajectory's text": async () => {
-          await page().click("summary");
+          await page().click("#trajectory-yaml > summary");
           await page().focus("#trajectory-text");
         },
         "a parameter": async () => {
@@ -169,7 +172,7 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, open }) => {
         console.log(`    in ${name}: ${(monotonic() - from).toFixed(0)} ms until the robot was seen stopped`);
       }
       await me().tab("operate");
-      await page().click("summary");
+      await page().click("#trajectory-yaml > summary");
       // Another window in front stands for the find bar and menus of the browser, which headless Chromium has not.
       await me().text("#stop-key", /^Esc stops/);
       const session = await page().context().newCDPSession(page());

@@ -171,12 +171,12 @@ const scenes = {
 
   async "Esc stops a run, wherever one types"() {
     await run();
-    await me.page.click("summary");
+    await me.page.click("#trajectory-yaml > summary");
     await me.page.focus("#trajectory-text");
     const since = monotonic();
     await me.page.keyboard.press("Escape");
     await afterStop("Esc", since);
-    await me.page.click("summary");
+    await me.page.click("#trajectory-yaml > summary");
   },
 
   async "the keyboard alone reaches everything, in order, with names"() {

@@ -43,8 +43,8 @@ module.exports = ({ me, robot, server, run, shot, open }) => {
     ].join("\n");
   const scene = () => me().scene();
   /** Waits until all that is known is drawn. */
-  async function drawn() {
-    for (let k = 0; k < 2; ++k) {
+  async function drawn(seconds = 2) {
+    for (let k = 0; k < seconds; ++k) {
       const before = await page().getAttribute("#fps", "data-frames");
       await page().waitForFunction((was) => document.getElementById("fps").dataset.frames !== was, before);
     }
@@ -162,7 +162,7 @@ module.exports = ({ me, robot, server, run, shot, open }) => {
         await me().resize(width, height);
         for (const camera of ["1", "2", "3", "4", "5", "6"]) {
           await page().click(`[data-camera="${camera}"]`);
-          await drawn();
+          await drawn(1);
           const tips = await page().getAttribute("#view", "data-tips");
           assert.deepStrictEqual(await page().evaluate(covered), [], `camera ${camera}, ${width} x ${height}: ${tips}`);
           if (width === 1280) await shot(`preview-camera-${camera}`);

@@ -135,10 +135,10 @@ module.exports = ({ robot, me, server, setting, takeControl, enable, run, open }
       said(await stops(esc));
     },
     "typing a trajectory": async (said) => {
-      await page().click("summary");
+      await page().click("#trajectory-yaml > summary");
       await page().focus("#trajectory-text");
       said(await stops(esc));
-      await page().click("summary");
+      await page().click("#trajectory-yaml > summary");
     },
     "paused arms": async (said) => {
       await me().press("#pause");

@@ -46,8 +46,14 @@ export class TrajectoryCheck {
   private due = 0;
   private reason = "";
   /** Of the request under way. */
-  private running: { request: bigint; key: string; method: string; heard: number; told: number; share: number } | null =
-    null;
+  private running: {
+    request: bigint;
+    key: string;
+    method: string;
+    received: number;
+    sent: number;
+    share: number;
+  } | null = null;
   private finished: { key: string; state: CheckState; start: ArrayLike<number> } | null = null;
   private joints: readonly number[] | null = null;
 
@@ -80,7 +86,7 @@ export class TrajectoryCheck {
 
   progressed({ request, fraction }: ComputationProgress, now: number): void {
     if (this.running?.request !== request) return;
-    this.running.heard = now;
+    this.running.received = now;
     this.running.share = fraction;
   }
   /** Of a computation of this client. */
@@ -107,7 +113,7 @@ export class TrajectoryCheck {
   private ask(now: number, { yaml, method }: Wanted): void {
     const { key } = this;
     const { request, answer } = this.planner.compute({ ...kDefaults, trajectory: yaml, rehearse: method });
-    this.running = { request, key, method, heard: now, told: now, share: 0 };
+    this.running = { request, key, method, received: now, sent: now, cancelled: false, share: 0 };
     void answer.then(({ accepted, code, reason }) => {
       if (accepted || this.running?.request !== request) return;
       this.running = null;
@@ -119,13 +125,12 @@ export class TrajectoryCheck {
   /** Keeps the computation alive, or ends it if its trajectory is no longer wanted or nothing comes. */
   private watch(now: number): void {
     const running = this.running!;
-    if (now - running.told < kAlive && running.key === this.key) return;
-    running.told = now;
-    this.planner.tellComputation(
-      running.key === this.key ? ComputationKind.keepAlive : ComputationKind.cancel,
-      running.request,
-    );
-    if (now - running.heard < kSilence) return;
+    const cancel = running.key !== this.key;
+    if (now - running.sent < kAlive && (!cancel || running.cancelled)) return;
+    running.sent = now;
+    running.cancelled = cancel;
+    this.planner.tellComputation(cancel ? ComputationKind.cancel : ComputationKind.keepAlive, running.request);
+    if (now - running.received < kSilence) return;
     this.running = null;
     this.finished = { key: running.key, state: { kind: "refused", reason: "planning has not answered" }, start: [] };
   }
