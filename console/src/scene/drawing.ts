@@ -39,7 +39,7 @@ export class Drawing {
     let moved = false;
     if (this.news(world.clearance)) {
       this.view.guides.setClearances(world.clearances());
-      this.again = changed = true; // the tubes show it, too
+      changed = true; // the tubes show it with their next shape
     }
     this.view.arms.forEach((arm, k) => {
       const slots = world.arms[k]!;
