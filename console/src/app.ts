@@ -110,7 +110,7 @@ export class App {
     const phone = onPhone();
     root.classList.toggle("phone", phone);
     const commands: [string, HTMLElement][] = [
-      ["Operate", h("div", {}, operate.element, run.element, recording.element)],
+      ["Operate", h("div", {}, operate.element, run.element, recording.element, run.result)],
       ["Method", method.element],
       ...(hands ? [["Teleoperate", hands.element] as [string, HTMLElement]] : []),
     ];

@@ -197,7 +197,7 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, open }) => {
       const places = () =>
         page().evaluate(() =>
           [...document.querySelectorAll("button, input, textarea, output, .card")]
-            .filter((e) => !e.closest(".found, .run output, .figures") && e.getClientRects().length > 0)
+            .filter((e) => !e.closest(".found, .run output, .figures, .rate") && e.getClientRects().length > 0)
             .map((e) => {
               const { x, y } = e.getBoundingClientRect();
               return `${e.id || e.getAttribute("aria-label") || e.className}: ${x.toFixed(0)}, ${y.toFixed(0)}`;

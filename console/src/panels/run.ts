@@ -36,7 +36,8 @@ export class Run implements Panel {
   private readonly errors = h("output", { id: "errors" });
   private readonly limits: HTMLElement;
   private readonly reasons = new Reasons();
-  private readonly result = h("details.result", { hidden: true, open: "", id: "run-summary" });
+  /** Result of the last run: last in the panel, where its coming moves nothing. */
+  readonly result = h("details.card.result", { hidden: true, open: "", id: "run-summary" });
   private shown: RunSummary | null = null;
   private readonly start: HTMLButtonElement;
   private readonly pause: HTMLButtonElement;
@@ -100,7 +101,6 @@ export class Run implements Panel {
       this.reasons.element,
       this.form.element,
       h("details", { id: "trajectory-yaml" }, h("summary", {}, "As YAML, editable before the start"), this.text),
-      this.result,
     );
     this.controls = h(
       "section.run",

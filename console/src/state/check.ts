@@ -50,8 +50,10 @@ export class TrajectoryCheck {
     request: bigint;
     key: string;
     method: string;
+    /** ms: of the last progress, and of the last sign of life or cancellation */
     received: number;
     sent: number;
+    cancelled: boolean;
     share: number;
   } | null = null;
   private finished: { key: string; state: CheckState; start: ArrayLike<number> } | null = null;
