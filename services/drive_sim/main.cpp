@@ -64,7 +64,7 @@ void addOptions(CLI::App& app, Options& options) {
   app.add_option(
       "--send", options.send,
       "send one command to the --control socket of a running instance, print the reply, exit: state | mark | "
-      "inject NODE FAULT [VALUE] [for SECONDS] | clear NODE [FAULT]; node 0 is the bus");
+      "inject NODE FAULT [VALUE] [for SECONDS] | clear NODE [FAULT] | turn NODE COUNTS; node 0 is the bus");
   app.add_option("--seed", options.seed, "seed of random losses and bit flips")->capture_default_str();
   app.add_option("--log", options.level, "trace, debug, info, warn, error or off (default: TANDEM_LOG, else info)");
   app.footer("Without --drive, --encoder and --hardware: drives 1 to 6, encoders 17 to 22.");

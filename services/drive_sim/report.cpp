@@ -103,6 +103,14 @@ std::string serveLine(DriveBus& bus, const std::string& line) {
         return bus.clear(command.node, command.fault) > 0
                    ? "ok"
                    : "error: node " + std::to_string(command.node) + " has no such fault";
+      case FaultCommand::Kind::kTurn:
+        for (const auto& drive : bus.drives()) {
+          if (drive->id() != command.node)
+            continue;
+          drive->motor().turn(command.counts);
+          return "ok";
+        }
+        return "error: node " + std::to_string(command.node) + " is no drive";
       case FaultCommand::Kind::kMark:
         bus.mark();
         return "ok";

@@ -62,7 +62,8 @@ Drive::Drive(const DriveSpec& spec, const Eds& eds)
       current_(dictionary().require(0x6078)),
       temperature_(dictionary().require(0x2001)),
       temperature_limit_(dictionary().require(0x2002)),
-      inputs_(dictionary().require(0x60FD)) {
+      inputs_(dictionary().require(0x60FD)),
+      max_torque_(dictionary().require(0x6072)) {
   for (const std::uint16_t index :
        {0x6007, 0x605A, 0x605B, 0x605C, 0x605D, 0x605E, 0x6065, 0x6066, 0x6067, 0x6068, 0x607C, 0x607F,
         0x6080, 0x6081, 0x6083, 0x6084, 0x6085, 0x6098, 0x609A, 0x60B0, 0x60B1, 0x60C5, 0x6502})
@@ -326,6 +327,7 @@ void Drive::step(double dt) noexcept {
   if (moves() && powered()) {
     generate(dt);
     if (moves()) {
+      motor_.limitTorque(static_cast<double>(max_torque_.value));
       motor_.follow(demand_ - zero_, demand_velocity_, dt);
     } else {
       motor_.coast(dt);

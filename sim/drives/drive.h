@@ -166,7 +166,7 @@ class Drive final : public Device {
   std::mt19937 random_;
   Entry &controlword_, &statusword_, &error_code_, &mode_, &mode_display_;
   Entry &target_, &actual_, &demand_value_, &velocity_actual_, &following_;
-  Entry &torque_, &current_, &temperature_, &temperature_limit_, &inputs_;
+  Entry &torque_, &current_, &temperature_, &temperature_limit_, &inputs_, &max_torque_;
   DriveState state_ = DriveState::kNotReady;
   DriveRecord record_;
   double zero_ = 0.0;  ///< zero of the drive's coordinates minus that of the motor's

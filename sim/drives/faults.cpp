@@ -102,10 +102,17 @@ FaultCommand parseFaultCommand(const std::string& line) {
     command.node = requireNode(in);
     if (in >> word)
       command.fault = requireFault(word);
+  } else if (word == "turn") {
+    command.kind = FaultCommand::Kind::kTurn;
+    command.node = requireNode(in);
+    if (!(in >> word))
+      throw std::invalid_argument("expected a number of counts");
+    const bool back = word.starts_with('-');
+    command.counts = (back ? -1.0 : 1.0) * requireNumber(back ? word.substr(1) : word, "counts", kLargest);
   } else if (word == "mark") {
     command.kind = FaultCommand::Kind::kMark;
   } else if (word != "state") {
-    throw std::invalid_argument("'" + word + "', expected inject, clear, state or mark");
+    throw std::invalid_argument("'" + word + "', expected inject, clear, turn, state or mark");
   }
   if (in >> word)
     throw std::invalid_argument("'" + word + "' after a complete command, expected the end of the line");

@@ -43,14 +43,16 @@ struct Injection {
 
 /** Command to a running simulation. */
 struct FaultCommand {
-  enum class Kind : std::uint8_t { kInject, kClear, kState, kMark };
+  enum class Kind : std::uint8_t { kInject, kClear, kState, kMark, kTurn };
   Kind kind = Kind::kState;
   Injection injection;             ///< kInject
   std::optional<FaultKind> fault;  ///< kClear: empty means all
-  std::uint8_t node = 0;           ///< kClear
+  std::uint8_t node = 0;           ///< kClear, kTurn
+  double counts = 0.0;             ///< kTurn
 };
 
-/** Parses "inject NODE FAULT [VALUE] [for SECONDS]", "clear NODE [FAULT]", "state" or "mark".
+/** Parses "inject NODE FAULT [VALUE] [for SECONDS]", "clear NODE [FAULT]", "state", "mark" or "turn NODE COUNTS" (by
+ * hand).
  * @throw std::invalid_argument with the expected form. */
 FaultCommand parseFaultCommand(const std::string& line);
 

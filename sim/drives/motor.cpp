@@ -24,8 +24,8 @@ void Motor::follow(double position, double velocity, double dt) noexcept {
   const double wanted = faults.runaway != 0.0
                             ? faults.runaway * limit
                             : faults.speed * std::clamp(velocity + parameters_.position_gain * error, -limit, limit);
-  const double acceleration = std::clamp((wanted - velocity_) / parameters_.velocity_lag, -parameters_.max_acceleration,
-                                         parameters_.max_acceleration);
+  const double most = parameters_.max_acceleration * std::min(1.0, most_torque_ / kPeakTorque);
+  const double acceleration = std::clamp((wanted - velocity_) / parameters_.velocity_lag, -most, most);
   torque_ = kPeakTorque * acceleration / parameters_.max_acceleration + kFriction * velocity_ / limit + faults.load;
   move(acceleration, dt);
   heat(dt);
@@ -40,10 +40,15 @@ void Motor::coast(double dt) noexcept {
 }
 
 void Motor::move(double acceleration, double dt) noexcept {
-  velocity_ += acceleration * dt;
+  const double beyond = position_ - std::clamp(position_, parameters_.low, parameters_.high);
+  const double stiffness = parameters_.end_stiffness * parameters_.max_acceleration / kPeakTorque;  // 1/s^2
+  const double damping = beyond == 0.0 ? 0.0 : 2.0 * std::sqrt(stiffness);                          // 1/s: critical
+  velocity_ += (acceleration - stiffness * beyond - damping * velocity_) * dt;
   if (faults.blocked || (braked_ && !faults.no_brake))
     velocity_ = 0.0;
   position_ += velocity_ * dt;
+  if (parameters_.end_stiffness > 0.0)
+    return;
   if (position_ < parameters_.low || position_ > parameters_.high) {
     position_ = std::clamp(position_, parameters_.low, parameters_.high);
     velocity_ = 0.0;

@@ -18,6 +18,8 @@ struct MotorParameters {
   double thermal_lag = 60.0;       ///< s
   double low = -std::numeric_limits<double>::infinity();  ///< mechanical ends, counts
   double high = std::numeric_limits<double>::infinity();
+  /// Torque per count beyond a mechanical end that gives way, with critical damping, per mille of rated; 0: rigid.
+  double end_stiffness = 0.0;
 };
 
 /** Injected faults of the motor. */
@@ -41,6 +43,10 @@ class Motor {
   /// Without power.
   void coast(double dt) noexcept;
 
+  /// Largest torque of the power stage, per mille of rated (object 6072).
+  void limitTorque(double most) noexcept { most_torque_ = most; }
+  /// Somebody turns the shaft.
+  void turn(double counts) noexcept { position_ += counts; }
   /// Closes or opens a brake that holds the motor with and without power.
   void setBrake(bool closed) noexcept { braked_ = closed; }
 
@@ -64,6 +70,7 @@ class Motor {
   double velocity_ = 0.0;
   double torque_ = 0.0;
   double temperature_;
+  double most_torque_ = 2000.0;
   bool braked_ = false;
 };
 
