@@ -13,11 +13,11 @@
 #include "services/console/recording.h"
 #include "services/console/server.h"
 #include "services/console/shapes.h"
-#include "services/recordings/state_folder.h"
 #include "services/runtime/clock_request_handler.h"
 #include "services/runtime/diagnostics.h"
 #include "services/runtime/periodic_loop.h"
 #include "services/runtime/process.h"
+#include "services/runtime/state_directory.h"
 #include "services/runtime/stop_signal.h"
 
 using namespace tandem;
@@ -47,7 +47,7 @@ console::Page findPage(const std::filesystem::path& given) {
 /// Beside those of the black box.
 std::filesystem::path folderOfRecordings(const config::Deployment& deployment) {
   const auto& given = deployment.black_box.directory;
-  return given.empty() ? recordings::stateFolder("recordings") : given / "recordings";
+  return given.empty() ? runtime::stateDirectory() / "recordings" : given / "recordings";
 }
 
 /** CPU load of this process, in cores, over the last second. */

@@ -9,7 +9,7 @@
 #include <chrono>
 #include <system_error>
 
-#include "services/recordings/state_folder.h"
+#include "services/runtime/state_directory.h"
 
 namespace tandem::recorder {
 namespace {
@@ -24,7 +24,7 @@ std::uint64_t nanoseconds(double seconds) { return static_cast<std::uint64_t>(1e
 std::filesystem::path blackBoxDirectory(const config::Deployment& deployment) {
   if (!deployment.black_box.directory.empty())
     return deployment.black_box.directory;
-  return recordings::stateFolder("black-box");
+  return runtime::stateDirectory() / "black-box";
 }
 
 BlackBox::BlackBox(const config::Deployment& deployment, const config::Robot& robot, std::vector<dds::TopicInfo> topics)
