@@ -41,7 +41,7 @@ Group readGroup(const Map& map, bool translation) {
     axis.first_motion = translation ? hal::kFirstTranslation : hal::kFirstRotation;
   axis.torque = readTorqueLimit(drive);
   axis.sdo = readSdo(drive);
-  checkHomingRun(drive, axis);
+  readReference(drive, axis);
   if (drive.has("temperature_object")) {
     const std::string object = drive.text("temperature_object");
     axis.temperature_index = static_cast<std::uint16_t>(std::stoul(object.substr(0, 4), nullptr, 16));

@@ -11,25 +11,32 @@ namespace {
 
 using hal::AxisConfig;
 
-bool homes(const AxisConfig& axis) { return axis.reference == hal::PositionReference::kHoming; }
+using hal::PositionReference;
+
+bool hasStop(const AxisConfig& axis) { return axis.reference == PositionReference::kHardStop; }
 
 /// Speed of the search, m/s; 0: the axis does not move.
-double searchSpeed(const hal::HomingConfig& homing) {
-  return hal::homesWithoutMotion(homing.method)  ? 0.0
-         : hal::homesToIndexAlone(homing.method) ? homing.slow
-                                                 : homing.fast;
+double searchSpeed(const AxisConfig& axis) {
+  const hal::HomingConfig& homing = axis.homing;
+  return hasStop(axis)                            ? axis.hard_stop.speed
+         : hal::homesWithoutMotion(homing.method) ? 0.0
+         : hal::homesToIndexAlone(homing.method)  ? homing.slow
+                                                  : homing.fast;
 }
+
+/// A run against a stop starts with the axis' own ramps.
+double searchAcceleration(const AxisConfig& axis) { return hasStop(axis) ? 0.0 : axis.homing.acceleration; }
 
 /// Equal reference and order; equal speed and acceleration if both move.
 bool together(const AxisConfig& a, const AxisConfig& b) {
-  if (homes(a) != homes(b))
+  if (a.needsRun() != b.needsRun())
     return false;
-  if (!homes(a))
+  if (!a.needsRun())
     return true;
-  const double first = searchSpeed(a.homing), second = searchSpeed(b.homing);
+  const double first = searchSpeed(a), second = searchSpeed(b);
   const bool both = first != 0.0 && second != 0.0;
   return a.homing.order == b.homing.order &&
-         (!both || (first == second && a.homing.acceleration == b.homing.acceleration));
+         (!both || (first == second && searchAcceleration(a) == searchAcceleration(b)));
 }
 
 void checkCarriages(const Map& map, const hal::ArmConfig& arm, const std::vector<const AxisConfig*>& carriages) {
@@ -43,12 +50,13 @@ void checkCarriages(const Map& map, const hal::ArmConfig& arm, const std::vector
                                      " with different homing settings, expected equal reference, order, speed "
                                      "and acceleration: equation (1) couples them");
     }
-    if (homes(*axis) && carriages.size() > 1 && !arm.limits.rows.empty() && hal::homingTurnsAround(axis->homing.method))
+    if (!hasStop(*axis) && axis->needsRun() && carriages.size() > 1 && !arm.limits.rows.empty() &&
+        hal::homingTurnsAround(axis->homing.method))
       map.fail("translations", "found homing method " + std::to_string(axis->homing.method) + " for " + axis->name +
                                    ", which may turn around at a limit switch while another carriage moves on; "
                                    "expected 1 to 6, 17 to 22, 33, 34, 35 or 37, because equation (1) couples them");
   }
-  if (carriages.empty() || !homes(*carriages.front()))
+  if (carriages.empty() || !carriages.front()->needsRun())
     return;
   for (const safety::LinearRow& row : arm.limits.rows) {
     if (safety::rowValue(row, home) > row.b + 1e-9)
@@ -59,15 +67,9 @@ void checkCarriages(const Map& map, const hal::ArmConfig& arm, const std::vector
 
 }  // namespace
 
-void checkHomingRun(const Map& drive, const AxisConfig& axis) {
-  if (!drive.has("homing")) {
-    if (homes(axis))
-      drive.fail("reference", "found homing, expected a `homing` mapping together with it");
-    return;
-  }
-  if (!homes(axis))
-    drive.fail("homing", "found a homing run, expected `reference: homing` together with it");
-  const Map map = drive.map("homing");
+namespace {
+
+void checkHomingRun(const Map& map, const AxisConfig& axis) {
   if (hal::isReservedHomingMethod(axis.homing.method))
     map.fail("method", "found " + std::to_string(axis.homing.method) +
                            ", which CiA 402-2 reserves, expected 1 to 14, 17 to 30, 33, 34, 35 or 37, or a negative "
@@ -80,6 +82,46 @@ void checkHomingRun(const Map& drive, const AxisConfig& axis) {
               " times `velocity` of the drive, expected at most `velocity`: since 22 November 2026 homing runs go no "
               "faster than the axis. Lower this speed, or raise `velocity` to what the axis can do");
   }
+}
+
+void readHardStop(const Map& map, AxisConfig& axis) {
+  map.read(axis);
+  axis.hard_stop.torque = 1e-3 * map.number("torque_per_mille");
+  if (axis.hard_stop.speed > axis.velocity)
+    map.fail("speed", "found " + exact(axis.hard_stop.speed / axis.velocity) +
+                          " times `velocity` of the drive, expected at most `velocity`");
+  if (const double most = 0.5 * axis.following_error / axis.hard_stop.time; axis.hard_stop.speed > most)
+    map.fail("speed", "found " + map.inUnit("speed", axis.hard_stop.speed) + ", expected at most " +
+                          map.inUnit("speed", most) +
+                          ": in `time`, half of `following_error`, so that the drive finds no following error at its "
+                          "stop");
+}
+
+}  // namespace
+
+void readReference(const Map& drive, AxisConfig& axis) {
+  constexpr std::uint16_t kTorqueActual = 0x6077;
+  const std::pair<const char*, PositionReference> runs[] = {{"homing", PositionReference::kHoming},
+                                                            {"hard_stop", PositionReference::kHardStop}};
+  for (const auto& [key, reference] : runs) {
+    const std::string name = key;
+    if (!drive.has(name) && axis.reference == reference)
+      drive.fail("reference", "found " + name + ", expected a `" + name + "` mapping together with it");
+    if (drive.has(name) && axis.reference != reference)
+      drive.fail(name, "found a homing run, expected `reference: " + name + "` together with it");
+  }
+  if (drive.has("homing"))
+    checkHomingRun(drive.map("homing"), axis);
+  if (hasStop(axis))
+    readHardStop(drive.map("hard_stop"), axis);
+  if (hasStop(axis) && axis.torque.object != 0 && axis.torque.object != kTorqueActual)
+    drive.fail("torque_limit",
+               "found `object: current`, expected `torque` with `reference: hard_stop`, whose run "
+               "reads the torque");
+  if (axis.jump_tolerance > 0.0 && axis.needsRun())
+    drive.fail("jump_tolerance", "found one with a reference by " +
+                                     std::string(hasStop(axis) ? "hard_stop" : "homing") +
+                                     ", expected `reference: absolute_encoder` or `drive`");
 }
 
 void checkHomingTogether(const Map& map, const hal::HardwareConfig& hardware) {

@@ -2,6 +2,7 @@
 #include "config/detail/bind.h"
 #include "config/detail/device_identity.h"
 #include "config/detail/drive_profile.h"
+#include "config/detail/hardware_homing_table.h"
 #include "config/file_tables.h"
 #include "hal/hardware.h"
 
@@ -13,16 +14,8 @@ using hal::AxisConfig;
 using hal::DeviceIdentity;
 using hal::EncoderConfig;
 
-/** Selects names, quantities and texts of a table: linear stages or rotations. */
-struct Kind {
-  bool translation;
-  const char* name() const { return translation ? "translation" : "rotation"; }
-  std::string prefixed(const std::string& what) const { return std::string(name()) + "_" + what; }
-  Quantity position() const { return translation ? kLength : kAngle; }
-  Quantity speed() const { return translation ? kSpeed : kAngularSpeed; }
-  Quantity acceleration() const { return translation ? kAcceleration : kAngularAcceleration; }
-};
-constexpr double kLongestRun = 3600.0, kLongestBrake = 60.0;  // s
+using Kind = JointKind;
+constexpr double kLongestBrake = 60.0;  // s
 constexpr Kind kTranslation{true};
 constexpr Kind kRotation{false};
 
@@ -59,28 +52,6 @@ const Mapping& busTable() {
           nodeId("node_id", "node id of the HAL", &B::node_id),
       }};
   return table;
-}
-
-Mapping homingMapping(Kind kind) {
-  using H = hal::HomingConfig;
-  return {
-      kind.prefixed("homing"),
-      "The homing run of a drive, CiA 402.",
-      {
-          integer(
-              "method",
-              "homing method of CiA 402-2, object 0x6098: 17 and 18 limit switch, 19 to 30 home switch, 1 to 14 the "
-              "same with index pulse, 33 and 34 index pulse, 37 present position; negative: of the manufacturer",
-              &H::method)
-              .required()
-              .within(-128, 127),
-          positive("fast", kind.speed(), "speed towards the switch; at most `velocity`", &H::fast).required(),
-          positive("slow", kind.speed(), "speed off the switch, or to the index; at most `velocity`", &H::slow)
-              .required(),
-          positive("acceleration", kind.acceleration(), "acceleration of the homing run", &H::acceleration).required(),
-          integer("order", "axes with the same number run together, smaller numbers first", &H::order).within(0, 64),
-          positive("budget", kTime, "longest duration of the homing run", &H::budget).atMost(kLongestRun),
-      }};
 }
 
 Mapping brakeMapping(Kind kind) {
@@ -184,7 +155,8 @@ Mapping driveMapping(Kind kind) {
           text("reference", "source of the position after power on",
                {{"absolute_encoder", PositionReference::kAbsoluteEncoder},
                 {"drive", PositionReference::kDrive},
-                {"homing", PositionReference::kHoming}},
+                {"homing", PositionReference::kHoming},
+                {"hard_stop", PositionReference::kHardStop}},
                &AxisConfig::reference),
           text("holds_without_power",
                "what keeps the position of these axes without power (self_locking, brake, no); idle power-off needs it "
@@ -196,6 +168,14 @@ Mapping driveMapping(Kind kind) {
           mapping("torque_limit", torqueTable(), "guard on torque or current").defaultNote("not watched"),
           mapping("homing", both<homingMapping>(kind), "homing run; with `reference: homing`", &AxisConfig::homing)
               .defaultNote("none"),
+          mapping("hard_stop", both<hardStopMapping>(kind), "mechanical stop; with `reference: hard_stop`")
+              .defaultNote("none"),
+          positive(
+              "jump_tolerance", kind.position(),
+              "largest jump of an absolute position since it was last known, while the HAL or the drive was off; a "
+              "larger one must be confirmed (`tandem home --confirm`)",
+              &AxisConfig::jump_tolerance)
+              .defaultNote("not checked"),
           mapping("brake", both<brakeMapping>(kind), "holding brake that the HAL controls", &AxisConfig::brake)
               .defaultNote("none"),
       });
@@ -253,7 +233,7 @@ Mapping axisMapping(Kind kind) {
               .required(),
           number("upper", kind.position(), "software limit of the drive, object 0x607D:2", &AxisConfig::upper)
               .required(),
-          number("home_position", kind.position(), "position at the end of a homing run; with `reference: homing`",
+          number("home_position", kind.position(), "position at the end of a homing run, or of the mechanical stop",
                  &AxisConfig::homing, &hal::HomingConfig::position),
           mapping("accept", acceptTable(), "protections that this drive may lack although they are needed",
                   &AxisConfig::accepted)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "hal/nanoseconds.h"
 
@@ -22,10 +23,11 @@ constexpr std::int64_t kFaultReset = kSecond;
 ArmHardware::ArmHardware(const ArmConfig& config,
                          std::vector<Axis*> axes,
                          const safety::SupervisorOptions& options,
-                         double power_budget)
+                         double power_budget,
+                         double period)
     : supervisor_(config.limits, safety::ArmVector::Zero(config.limits.jointCount()), options),
       axes_(std::move(axes)),
-      homing_(axes_),
+      homing_(axes_, period),
       power_budget_(nanoseconds(power_budget)),
       request_budget_(nanoseconds(options.budgets.commandAge(options.control_period))) {
   trusted_.setZero(config.limits.jointCount());
@@ -321,8 +323,7 @@ void ArmHardware::stepReboot(std::int64_t now) noexcept {
       boot(now);
     return;
   }
-  const bool up =
-      all([](const Axis& axis) { return axis.phase() == AxisPhase::kReady || axis.phase() == AxisPhase::kUnhomed; });
+  const bool up = all([](const Axis& axis) { return axis.up(); });
   const bool failed = !all([](const Axis& axis) { return axis.phase() != AxisPhase::kFailed; });
   const bool clear = all([](const Axis& axis) { return axis.guards() == 0; });
   up_since_ = !up ? 0 : up_since_ == 0 ? now : up_since_;
@@ -336,18 +337,31 @@ void ArmHardware::stepReboot(std::int64_t now) noexcept {
 }
 
 ArmHardware::HomingAnswer ArmHardware::home(std::int64_t now) noexcept {
-  home_asked_ = now;
+  const bool again = now - std::exchange(home_asked_, now) <= nanoseconds(kHomingKeepAlive);
   if (homing_.running())
     return HomingAnswer::kRunning;
   if (homed())
     return HomingAnswer::kDone;
   if (supervisor_.state() != OperatingState::kDisabled || power_ != ArmPower::kOff)
     return HomingAnswer::kNotDisabled;
-  if (presentFaults() != 0 || !homing_.needed() ||
-      !all([](const Axis& axis) { return axis.phase() == AxisPhase::kReady || axis.phase() == AxisPhase::kUnhomed; }))
+  if (!all([](const Axis& axis) { return !axis.unconfirmed(); })) {
+    confirmPositions(again, now);
+    return homed() ? HomingAnswer::kDone : HomingAnswer::kUnconfirmed;
+  }
+  if (presentFaults() != 0 || !homing_.needed() || !all([](const Axis& axis) { return axis.up(); }))
     return HomingAnswer::kNotReady;
   homing_.start(now);
   return HomingAnswer::kRunning;
+}
+
+/// A single request confirms nothing: somebody has to insist. @param again  the last request was recent.
+void ArmHardware::confirmPositions(bool again, std::int64_t now) noexcept {
+  confirming_ = again ? confirming_ : now;
+  if (now - confirming_ < nanoseconds(kConfirmTime) || presentFaults() != 0 ||
+      !all([](const Axis& axis) { return axis.up(); }))
+    return;
+  for (Axis* axis : axes_)
+    axis->confirm();
 }
 
 void ArmHardware::stepHoming(std::int64_t now) noexcept {

@@ -23,10 +23,12 @@ using idl::name;
 class ArmHardware {
  public:
   /// @param axes one per joint, in order; they outlive the arm. @param power_budget s to bring all into operation.
+  /// @param period  of step(), s
   ArmHardware(const ArmConfig& config,
               std::vector<Axis*> axes,
               const safety::SupervisorOptions& options,
-              double power_budget);
+              double power_budget,
+              double period);
 
   /// Resets and configures all nodes of the arm.
   void boot(std::int64_t now) noexcept;
@@ -44,10 +46,13 @@ class ArmHardware {
   /// Stop request from the stop topic.
   void stop(const safety::FaultRecord& record) noexcept { supervisor_.latch(record); }
 
-  /// Starts a homing run, or continues it; the run stops unless the call is repeated within kHomingKeepAlive.
-  enum class HomingAnswer : std::uint8_t { kDone, kRunning, kNotDisabled, kNotReady };
+  /** Starts a homing run, or continues it; the run stops unless the call is repeated within kHomingKeepAlive. If axes
+   * are Axis::unconfirmed(), kUnconfirmed; a call that is repeated in this way for kConfirmTime confirms their
+   * positions. */
+  enum class HomingAnswer : std::uint8_t { kDone, kRunning, kNotDisabled, kNotReady, kUnconfirmed };
   HomingAnswer home(std::int64_t now) noexcept;
   static constexpr double kHomingKeepAlive = 1.0;  ///< s
+  static constexpr double kConfirmTime = 3.0;      ///< s
 
   /// Advances by one period of dt, s: checks the axes, moves the reference, writes the commands of the drives.
   /// @param[out] began per joint: the guards that became active.
@@ -89,6 +94,7 @@ class ArmHardware {
   void switchOff(std::int64_t now) noexcept;
   void stepReboot(std::int64_t now) noexcept;
   void stepHoming(std::int64_t now) noexcept;
+  void confirmPositions(bool again, std::int64_t now) noexcept;
   safety::ArmVector places() const noexcept;
   /// Another master commands a bus of this arm.
   bool foreignMaster() const noexcept;
@@ -110,6 +116,7 @@ class ArmHardware {
   std::int64_t stood_ = 0;        ///< before power goes off: start of the standstill of the reference; 0: none
   std::int64_t enable_asked_ = 0;
   std::int64_t home_asked_ = 0;
+  std::int64_t confirming_ = 0;  ///< since when home() has been repeated, ns
   std::int64_t booted_ = 0;
   std::int64_t up_since_ = 0;  ///< rebooting_: time since which all axes are up, 0: not yet
   bool needs_boot_ = false;    ///< the hardware caused a fault: only a boot clears it

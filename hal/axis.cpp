@@ -13,8 +13,6 @@ using canopen::NodePhase;
 
 /// Longest time without the statusword bit "follows": one TPDO may have been sampled before the command arrived, s.
 constexpr double kIgnoreBudget = 0.030;
-/// Longest time until a quick stop shows an effect, s.
-constexpr double kSilenceBudget = 0.020;
 }  // namespace
 
 Axis::Axis(const HardwareConfig& hardware,
@@ -32,6 +30,8 @@ Axis::Axis(const HardwareConfig& hardware,
       motion_(config.velocity, units_.resolution(), hardware.period),
       torque_(config.torque),
       first_motion_(config.first_motion),
+      release_(config, hardware.period),
+      memory_(config.jump_tolerance),
       temperature_(config) {
   if (config.brake)
     brake_.emplace(*config.brake);
@@ -60,6 +60,7 @@ void Axis::boot(std::int64_t now) noexcept {
   first_motion_.restart();
   following_.clearError();
   mode_bits_ = 0;
+  provisional_ = false;
   power_.setGoal(PowerGoal::kOff, now);
   setOperating(false);
   hold();
@@ -124,9 +125,11 @@ void Axis::readDrive(std::int64_t now) noexcept {
   counts_ = static_cast<std::int32_t>(tpdo.getSigned(slots::kPosition));
   motion_.sample(units_.scale() * static_cast<double>(counts_), sampled_);
   statusword_ = static_cast<std::uint16_t>(tpdo.get(slots::kStatusword));
+  if (config_.feedbackTorque() != 0)
+    torque_reading_ = static_cast<std::int16_t>(tpdo.getSigned(slots::kTorque));
   if (torque_.watches())
-    torque_.take(static_cast<std::int16_t>(tpdo.getSigned(slots::kTorque)), now);
-  if (phase_ == AxisPhase::kReady || phase_ == AxisPhase::kFailed)
+    torque_.take(torque_reading_, now);
+  if (referenced() || phase_ == AxisPhase::kFailed || unconfirmed() || provisional_)
     position_ = units_.toJoint(counts_);
 }
 
@@ -163,7 +166,18 @@ void Axis::rereference(std::int32_t counts, double position) noexcept {
   if (!units_.setReference(counts, position))
     return fail(HardwareGuard::kReference);
   phase_ = AxisPhase::kReferencing;
+  provisional_ = false;
   setLimits();
+}
+
+void Axis::countFromHere() noexcept {
+  provisional_ = units_.setReference(counts_, 0.0);
+  position_ = 0.0;
+}
+
+void Axis::confirm() noexcept {
+  if (unconfirmed())
+    phase_ = AxisPhase::kReady;
 }
 
 void Axis::setRecovering(bool recovering) noexcept {
@@ -189,8 +203,8 @@ void Axis::finishLimits(std::int64_t now) noexcept {
 
 void Axis::beReady() noexcept {
   limits_pending_ = false;
-  phase_ = AxisPhase::kReady;
   position_ = units_.toJoint(counts_);
+  phase_ = memory_.plausible(position_) ? AxisPhase::kReady : AxisPhase::kUnhomed;
 }
 
 /// Sets the reference from the first TPDOs.
@@ -207,6 +221,7 @@ void Axis::reference() noexcept {
       setLimits();
       return;
     case PositionReference::kHoming:
+    case PositionReference::kHardStop:
       phase_ = AxisPhase::kUnhomed;
       return;
   }
@@ -234,11 +249,6 @@ void Axis::stepSdo(std::int64_t now) noexcept {
   if (!mode_.step(driveState() == DriveState::kOperationEnabled, free(), driveNode(), now))
     fail(HardwareGuard::kSwitchOn);
   temperature_.step(free() && phase_ == AxisPhase::kReady, driveNode(), now);
-}
-
-void Axis::noteGuard(HardwareGuard guard, bool stands) noexcept {
-  if (stands)
-    guards_ |= bit(guard);
 }
 
 /// Opens the brake while torque holds the joint in operation; closes it before torque goes off, or once it is off.
@@ -312,6 +322,8 @@ void Axis::update(std::int64_t now) noexcept {
     reference();
   stepSdo(now);
   judge(now);
+  if (valid())
+    memory_.note(position_);
 }
 
 safety::FaultRecord Axis::failure(GuardMask guards) const noexcept {
@@ -350,25 +362,11 @@ bool Axis::valid() const noexcept {
   return phase_ == AxisPhase::kReady && (guards_ & kUnknown) == 0;
 }
 
-/** Torque may go off if the joint is at standstill and its brake is closed or absent. If a joint does not slow down
- * from its greatest speed within kPart of the ramp, torque goes off, too: the joint runs away because the torque itself
- * drives it. If the drive is silent, the speed is not known, and its ramp continues. */
 bool Axis::mayRelease(std::int64_t now) noexcept {
-  constexpr double kPart = 0.3;   // of the ramp; after it, a stopping joint has lost the same share of its speed
-  constexpr double kSlow = 0.05;  // of the maximum speed: below it, the stop budget is sufficient
-  const double speed = std::abs(velocity());
-  if (!power_.braking() || speed > 1.05 * stopping_from_) {
-    stopping_ = now;
-    stopping_from_ = speed;
-  }
+  const bool runs_away = release_.runsAway(power_.braking(), velocity(), drive_stream_.fresh(), now);
   if (brake_ && closing_)
     return brake_->closed(now);
-  if (atStandstill())
-    return !brake_;
-  const double ramp = stopping_from_ / config_.quick_stop_deceleration;
-  const double timeout = std::max({kSilenceBudget, 5.0 * period_, kPart * ramp});
-  const bool no_slower = speed > std::max(0.9 * stopping_from_, kSlow * config_.velocity);
-  return drive_stream_.fresh() && now - stopping_ > nanoseconds(timeout) && no_slower;
+  return atStandstill() ? !brake_ : runs_away;
 }
 
 void Axis::writeCommand(std::int64_t now) noexcept {

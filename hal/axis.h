@@ -13,9 +13,11 @@
 #include "hal/hardware.h"
 #include "hal/measured_motion.h"
 #include "hal/mode_confirmation.h"
+#include "hal/position_memory.h"
 #include "hal/sdo_jobs.h"
 #include "hal/temperature.h"
 #include "hal/torque_guard.h"
+#include "hal/torque_release.h"
 #include "idl/enumerations.h"
 
 namespace tandem::hal {
@@ -80,11 +82,16 @@ class Axis {
   void setModeBits(std::uint16_t bits) noexcept { mode_bits_ = bits; }
 
   bool referenced() const noexcept { return phase_ == AxisPhase::kReady; }
+  /// The nodes run, and the HAL has done what it can for the reference.
+  bool up() const noexcept { return phase_ == AxisPhase::kReady || phase_ == AxisPhase::kUnhomed; }
+  /// The axis has a position, which is not plausible: somebody has to confirm it.
+  bool unconfirmed() const noexcept { return phase_ == AxisPhase::kUnhomed && !config_.needsRun(); }
   /// Referenced; drive and encoder respond and agree.
   bool valid() const noexcept;
   double position() const noexcept { return position_; }           ///< from the drive, m or rad; 0 before the reference
   double velocity() const noexcept { return motion_.velocity(); }  ///< measured, m/s or rad/s
   double target() const noexcept { return target_; }               ///< m or rad
+  double torque() const noexcept { return 1e-3 * torque_reading_; }  ///< or current, share of the rated one
   double encoderPosition() const noexcept { return encoder_position_; }
   double followingError() const noexcept { return following_.error(); }  ///< m or rad
   std::uint16_t errorCode() const noexcept { return error_code_; }       ///< of the last emergency message, 0: none
@@ -118,6 +125,13 @@ class Axis {
   bool settingLimits() const noexcept { return limits_pending_; }
   /// Assigns this position to these counts and writes the software limits again. Only without torque.
   void rereference(std::int32_t counts, double position) noexcept;
+  /// Until the next reference, positions and targets count from here: for a run against a mechanical stop.
+  void countFromHere() noexcept;
+  /// Position that was last known to be right; to be restored before boot().
+  PositionMemory& memory() noexcept { return memory_; }
+  const PositionMemory& memory() const noexcept { return memory_; }
+  /// Somebody confirms the position of an axis that is unconfirmed().
+  void confirm() noexcept;
 
  private:
   void updateNodes(std::int64_t now) noexcept;
@@ -135,7 +149,7 @@ class Axis {
   void judgeMotion(std::int64_t now) noexcept;
   /// What the drive's position is compared with: the encoder's, or itself without one.
   double comparedPosition() const noexcept { return encoder_ < 0 ? position_ : encoder_position_; }
-  void noteGuard(HardwareGuard guard, bool stands) noexcept;
+  void noteGuard(HardwareGuard guard, bool stands) noexcept { guards_ |= stands ? bit(guard) : 0; }
 
   AxisConfig config_;
   double period_;
@@ -151,6 +165,8 @@ class Axis {
   std::optional<Brake> brake_;
   TorqueGuard torque_;
   FirstMotion first_motion_;
+  TorqueRelease release_;
+  PositionMemory memory_;
   SdoJobs jobs_;
   ModeConfirmation mode_;
   Temperature temperature_;
@@ -158,10 +174,8 @@ class Axis {
   GuardMask guards_ = 0;
   GuardMask latched_ = 0;  ///< set by fail(), until the next boot
   bool operating_ = false;
-  bool free_to_move_ = true;    ///< there is no brake, or it is open
-  bool closing_ = false;        ///< the brake closes, or is closed, before torque goes off
-  std::int64_t stopping_ = 0;   ///< time since which the drive has to stop and lose its torque, ns
-  double stopping_from_ = 0.0;  ///< speed at that time, m/s or rad/s
+  bool free_to_move_ = true;  ///< there is no brake, or it is open
+  bool closing_ = false;      ///< the brake closes, or is closed, before torque goes off
   bool holding_ = true;
   bool fault_reset_ = false;     ///< send one fault reset if the drive shows a fault after its boot
   bool limits_pending_ = false;  ///< software limits are being written
@@ -173,6 +187,8 @@ class Axis {
   FollowingWatch following_;
   std::uint16_t statusword_ = 0;
   std::int32_t counts_ = 0;
+  std::int16_t torque_reading_ = 0;  ///< per mille
+  bool provisional_ = false;         ///< the position counts from the start of a run against a mechanical stop
   std::uint16_t mode_bits_ = 0;
   std::uint16_t error_code_ = 0;
   bool emergency_ = false;

@@ -40,6 +40,7 @@ enum class PositionReference : std::uint8_t {
   kAbsoluteEncoder = 0,  ///< a separate encoder (CiA 406) on the joint side: no motion needed
   kDrive,                ///< the drive keeps an absolute position
   kHoming,               ///< a homing run of the drive, requested after each start
+  kHardStop,             ///< a run of the HAL against a mechanical stop, requested after each start
 };
 
 /** Means that hold an axis when its drive has no power. */
@@ -56,7 +57,15 @@ struct TorqueLimit {
   double time = 0.05;        ///< longest time above the limit, s: acceleration needs more torque
 };
 
-/** A homing run (CiA 402 mode 6). */
+/** A run against a mechanical stop, found by torque and standstill. */
+struct HardStopConfig {
+  bool positive = false;  ///< direction in which the stop is
+  double speed = 0.0;     ///< towards it, m/s or rad/s
+  double torque = 0.0;    ///< limit of the drive during the run (6072), share of the rated torque
+  double time = 0.1;      ///< at standstill with this torque, s: then it is the stop
+};
+
+/** A homing run (CiA 402 mode 6). A run against a mechanical stop has a position, an order and a budget, too. */
 struct HomingConfig {
   int method = 0;             ///< object 0x6098
   double fast = 0.0;          ///< towards the switch, m/s or rad/s
@@ -121,10 +130,21 @@ struct AxisConfig {
   std::vector<AcceptedLoss> accepted;  ///< what this drive may lack although it is needed (leastProtections())
   std::vector<SdoWrite> sdo;           ///< written at boot, before everything that the HAL writes itself
   TorqueLimit torque;
-  HomingConfig homing;  ///< used if reference is kHoming
+  HomingConfig homing;          ///< used if reference is kHoming
+  HardStopConfig hard_stop;     ///< used if reference is kHardStop
+  double jump_tolerance = 0.0;  ///< largest jump of an absolute position while the HAL was off, m or rad; 0: any
   std::optional<EncoderConfig> encoder;
   std::optional<BrakeConfig> brake;
 
+  /// The position is known after a motion that somebody requests.
+  bool needsRun() const noexcept {
+    return reference == PositionReference::kHoming || reference == PositionReference::kHardStop;
+  }
+  /// Object with torque or current in the feedback PDO; 0: none.
+  std::uint16_t feedbackTorque() const noexcept {
+    constexpr std::uint16_t kTorqueActual = 0x6077;
+    return reference == PositionReference::kHardStop ? kTorqueActual : torque.object;
+  }
   /// Time from maximum speed to standstill with the brake closed, with a margin, s.
   double stopBudget() const noexcept;
   /** Longest travel of the axis after the end of the HAL, m or rad: at `velocity` until the drive notices it, then its

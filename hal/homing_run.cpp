@@ -2,6 +2,7 @@
 #include "hal/homing_run.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "hal/detail/node_setups.h"
@@ -12,14 +13,31 @@ namespace {
 /// An axis in a homing run must have no guard.
 bool bad(const Axis& axis) { return axis.guards() != 0 || axis.phase() == AxisPhase::kFailed; }
 
+bool unhomed(const Axis& axis) { return axis.phase() == AxisPhase::kUnhomed && axis.config().needsRun(); }
+
+bool hasStop(const Axis& axis) { return axis.config().reference == PositionReference::kHardStop; }
+
+/// Maximum torque of the drive (6072) during a run against a mechanical stop, and otherwise: as it was at boot.
+std::int64_t maximumTorque(const Axis& axis, bool runs) {
+  constexpr double kPerMille = 1e3;
+  const std::uint64_t* before = axis.driveNode().readValue(objects::kMaxTorque);
+  const auto normal = static_cast<std::int64_t>(before == nullptr ? 0 : *before);
+  return runs ? std::min<std::int64_t>(normal, std::lround(kPerMille * axis.config().hard_stop.torque)) : normal;
+}
+
 }  // namespace
 
+HomingRun::HomingRun(std::vector<Axis*> axes, double period) : axes_(std::move(axes)) {
+  for (const Axis* axis : axes_)
+    searches_.emplace_back(axis->config(), period);
+}
+
 bool HomingRun::needed() const noexcept {
-  return std::any_of(axes_.begin(), axes_.end(), [](const Axis* a) { return a->phase() == AxisPhase::kUnhomed; });
+  return std::any_of(axes_.begin(), axes_.end(), [](const Axis* a) { return unhomed(*a); });
 }
 
 bool HomingRun::member(const Axis& axis) const noexcept {
-  return axis.config().reference == PositionReference::kHoming && axis.config().homing.order == order_;
+  return axis.config().needsRun() && axis.config().homing.order == order_;
 }
 
 template <class Condition>
@@ -34,35 +52,51 @@ bool HomingRun::anyBad() const noexcept {
 void HomingRun::enter(Phase phase, std::int64_t now) noexcept {
   phase_ = phase;
   entered_ = now;
-  for (Axis* axis : axes_) {
-    if (!member(*axis))
-      continue;
-    const DriveMode mode = phase == Phase::kMode ? DriveMode::kHoming : axis->config().mode;
-    switch (phase) {
-      case Phase::kMode:
-      case Phase::kModeBack:
-        axis->requestMode(mode);
-        break;
-      case Phase::kPower:
-        axis->hold();
-        axis->setGoal(PowerGoal::kOperation, now);
-        break;
-      case Phase::kRun:
-        axis->setModeBits(controlword::kStartHoming);
-        break;
-      case Phase::kPowerOff:
-        axis->setModeBits(0);
-        axis->setGoal(PowerGoal::kOff, now);
-        break;
-      case Phase::kLimits:
-        axis->rereference(0, axis->config().homing.position);
-        break;
-      case Phase::kAborting:
-        axis->setGoal(PowerGoal::kOff, now);
-        break;
-      case Phase::kIdle:
-        break;
-    }
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    if (member(*axes_[i]))
+      enterOf(i, phase, now);
+  }
+}
+
+void HomingRun::enterOf(std::size_t index, Phase phase, std::int64_t now) noexcept {
+  Axis& axis = *axes_[index];
+  const bool back = phase == Phase::kModeBack;
+  switch (phase) {
+    case Phase::kMode:
+    case Phase::kModeBack:
+      axis.requestMode(back || hasStop(axis) ? axis.config().mode : DriveMode::kHoming);
+      if (hasStop(axis))
+        axis.jobs().write(objects::kMaxTorque, maximumTorque(axis, !back), 2);
+      break;
+    case Phase::kPower:
+      axis.hold();
+      axis.setGoal(PowerGoal::kOperation, now);
+      break;
+    case Phase::kRun:
+      start(index, now);
+      break;
+    case Phase::kPowerOff:
+      axis.setModeBits(0);
+      axis.setGoal(PowerGoal::kOff, now);
+      break;
+    case Phase::kLimits:
+      axis.rereference(hasStop(axis) ? axis.units().toCounts(searches_[index].contact()).value : 0,
+                       axis.config().homing.position);
+      break;
+    case Phase::kAborting:
+      axis.setGoal(PowerGoal::kOff, now);
+      break;
+    case Phase::kIdle:
+      break;
+  }
+}
+
+void HomingRun::start(std::size_t index, std::int64_t now) noexcept {
+  if (hasStop(*axes_[index])) {
+    axes_[index]->countFromHere();
+    searches_[index].start(now);
+  } else {
+    axes_[index]->setModeBits(controlword::kStartHoming);
   }
 }
 
@@ -71,7 +105,7 @@ void HomingRun::nextGroup(std::int64_t now) noexcept {
   order_ = kNone;
   budget_ = 0.0;
   for (const Axis* axis : axes_) {
-    if (axis->phase() == AxisPhase::kUnhomed)
+    if (unhomed(*axis))
       order_ = std::min(order_, axis->config().homing.order);
   }
   for (const Axis* axis : axes_) {
@@ -111,17 +145,34 @@ void HomingRun::stepRun(std::int64_t now) noexcept {
   constexpr std::int64_t kSettling = 50'000'000;  // ns
   if (now - entered_ < kSettling)
     return;
-  for (Axis* axis : axes_) {
-    if (!member(*axis))
+  bool done = true;
+  for (std::size_t i = 0; i < axes_.size(); ++i) {
+    Axis& axis = *axes_[i];
+    if (!member(axis))
       continue;
-    const HomingState state = homingState(axis->statusword());
-    const bool error = state == HomingState::kErrorMoving || state == HomingState::kErrorStanding;
-    const bool lost = axis->driveState() != DriveState::kOperationEnabled;
-    if (error || lost || (late && state != HomingState::kDone))
-      axis->fail(HardwareGuard::kHoming);
+    hasStop(axis) ? stepStop(i, late, now) : stepDrive(axis, late);
+    done = done && (hasStop(axis) ? searches_[i].found() : homingState(axis.statusword()) == HomingState::kDone);
   }
-  if (all([](const Axis& axis) { return homingState(axis.statusword()) == HomingState::kDone; }))
+  if (done)
     enter(Phase::kPowerOff, now);
+}
+
+void HomingRun::stepDrive(Axis& axis, bool late) noexcept {
+  const HomingState state = homingState(axis.statusword());
+  const bool error = state == HomingState::kErrorMoving || state == HomingState::kErrorStanding;
+  const bool lost = axis.driveState() != DriveState::kOperationEnabled;
+  if (error || lost || (late && state != HomingState::kDone))
+    axis.fail(HardwareGuard::kHoming);
+}
+
+void HomingRun::stepStop(std::size_t index, bool late, std::int64_t now) noexcept {
+  Axis& axis = *axes_[index];
+  HardStopSearch& search = searches_[index];
+  search.step(axis.position(), axis.torque(), now);
+  axis.setTarget(search.target(), search.velocity());
+  const bool lost = search.lost() || axis.driveState() != DriveState::kOperationEnabled;
+  if (lost || (late && !search.found()))
+    axis.fail(HardwareGuard::kHoming);
 }
 
 void HomingRun::step(std::int64_t now) noexcept {

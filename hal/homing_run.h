@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "hal/axis.h"
+#include "hal/hard_stop_search.h"
 
 namespace tandem::hal {
 
@@ -18,8 +19,8 @@ class HomingRun {
  public:
   enum class Phase : std::uint8_t { kIdle, kMode, kPower, kRun, kPowerOff, kModeBack, kLimits, kAborting };
 
-  /// @param axes of an arm; axes that need no homing do not move.
-  explicit HomingRun(std::vector<Axis*> axes) : axes_(std::move(axes)) {}
+  /// @param axes of an arm; axes that need no homing do not move. @param period  of step(), s
+  HomingRun(std::vector<Axis*> axes, double period);
 
   /// At least one axis needs a homing run.
   bool needed() const noexcept;
@@ -39,10 +40,15 @@ class HomingRun {
   bool anyBad() const noexcept;
   void stepJobs(Phase next, std::int64_t now) noexcept;
   void stepRun(std::int64_t now) noexcept;
+  void enterOf(std::size_t index, Phase phase, std::int64_t now) noexcept;
+  void start(std::size_t index, std::int64_t now) noexcept;
+  void stepStop(std::size_t index, bool late, std::int64_t now) noexcept;
+  void stepDrive(Axis& axis, bool late) noexcept;
   template <class Condition>
   bool all(Condition&& condition) const noexcept;
 
   std::vector<Axis*> axes_;
+  std::vector<HardStopSearch> searches_;  ///< of all axes; used by those with a mechanical stop
   Phase phase_ = Phase::kIdle;
   int order_ = 0;
   double budget_ = 0.0;

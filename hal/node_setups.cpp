@@ -246,6 +246,8 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
     appendInterpolation(setup.steps, hardware.period);
   if (axis.reference == PositionReference::kHoming)
     appendHoming(setup.steps, axis);
+  if (axis.reference == PositionReference::kHardStop)  // written for the run, and afterwards as it was
+    setup.steps.push_back(canopen::read(objects::kMaxTorque, 2, "maximum torque"));
   const bool inputs = readsInputs(hardware, axis);
   switchOffOthers(setup.steps, PdoDirection::kReceive, 1, 1, axis.node);
   switchOffOthers(setup.steps, PdoDirection::kTransmit, 1, inputs ? 2 : 1, axis.node);
@@ -259,8 +261,8 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
   PdoConfig feedback;
   feedback.layout.add({{0x6041, 0}, 16});
   feedback.layout.add({{0x6064, 0}, 32});
-  if (axis.torque.object != 0)
-    feedback.layout.add({{axis.torque.object, 0}, 16});
+  if (axis.feedbackTorque() != 0)
+    feedback.layout.add({{axis.feedbackTorque(), 0}, 16});
   setup.tpdos.push_back(feedback);
   if (inputs) {
     PdoConfig digital;

@@ -61,7 +61,7 @@ RobotHardware::RobotHardware(const HardwareConfig& config,
       throw std::invalid_argument("hardware: " + config_.arms[a].name + ": found " + std::to_string(of_arm.size()) +
                                   " axes, expected " + std::to_string(config_.arms[a].limits.jointCount()) +
                                   ", one for each joint");
-    arms_.emplace_back(config_.arms[a], std::move(of_arm), supervisor, config_.power_budget);
+    arms_.emplace_back(config_.arms[a], std::move(of_arm), supervisor, config_.power_budget, config_.period);
   }
   for (const EmergencyInput& input : config_.emergency_stop) {
     const Axis& axis = *axes_.at(index(input.axis));
@@ -190,21 +190,39 @@ void RobotHardware::receiveFrames(std::int64_t now) noexcept {
   }
 }
 
+PositionSnapshot RobotHardware::lastPositions() const noexcept {
+  PositionSnapshot snapshot;
+  for (std::size_t i = 0; i < axes_.size(); ++i)
+    snapshot.axes[i] = {axes_[i]->memory().known(), axes_[i]->memory().position()};
+  return snapshot;
+}
+
+/// The phase of an axis has changed.
+void RobotHardware::reportReference(std::size_t i) noexcept {
+  const Axis& axis = *axes_[i];
+  HardwareEvent reported;
+  reported.arm = static_cast<std::uint8_t>(axis.config().arm);
+  reported.joint = static_cast<std::uint8_t>(axis.config().joint);
+  if (axis.phase() == AxisPhase::kReady) {
+    ++joint_resets_;
+    reported.kind = HardwareEvent::Kind::kReady;
+    reported.lost = axis.driveNode().lostProtections();
+    events_.push(reported);
+  } else if (axis.unconfirmed()) {
+    reported.kind = HardwareEvent::Kind::kUnconfirmed;
+    reported.memory = axis.memory();
+    reported.position = axis.position();
+    events_.push(reported);
+  }
+}
+
 void RobotHardware::receive(std::int64_t now) noexcept {
   receiveFrames(now);
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     axes_[i]->update(now);
-    const bool became_ready = axes_[i]->phase() == AxisPhase::kReady && phases_[i] != AxisPhase::kReady;
-    phases_[i] = axes_[i]->phase();
-    if (!became_ready)
-      continue;
-    ++joint_resets_;
-    HardwareEvent reported;
-    reported.kind = HardwareEvent::Kind::kReady;
-    reported.lost = axes_[i]->driveNode().lostProtections();
-    reported.arm = static_cast<std::uint8_t>(axes_[i]->config().arm);
-    reported.joint = static_cast<std::uint8_t>(axes_[i]->config().joint);
-    events_.push(reported);
+    const AxisPhase phase = axes_[i]->phase();
+    if (phase != std::exchange(phases_[i], phase))
+      reportReference(i);
   }
 }
 

@@ -24,13 +24,14 @@ struct RobotOptions {
 /** Event for the log, in order of occurrence. */
 struct HardwareEvent {
   enum class Kind : std::uint8_t {
-    kGuard,      ///< `guards` became active on `arm`, `joint`
-    kEmergency,  ///< `code` from the drive (or, `encoder`, the encoder) of that axis
-    kNode,       ///< a node of that axis failed: `failure`
-    kReady,      ///< that axis is ready
-    kBus,        ///< `bus` entered `bus_state`
-    kMaster,     ///< another master sends `master` on `bus`
-    kReleased,   ///< the emergency stop is no longer pressed
+    kGuard,        ///< `guards` became active on `arm`, `joint`
+    kEmergency,    ///< `code` from the drive (or, `encoder`, the encoder) of that axis
+    kNode,         ///< a node of that axis failed: `failure`
+    kReady,        ///< that axis is ready
+    kBus,          ///< `bus` entered `bus_state`
+    kMaster,       ///< another master sends `master` on `bus`
+    kReleased,     ///< the emergency stop is no longer pressed
+    kUnconfirmed,  ///< the position of that axis after power on is not plausible: see `memory` and `position`
   };
   Kind kind = Kind::kGuard;
   std::uint8_t arm = 0;
@@ -43,6 +44,8 @@ struct HardwareEvent {
   ProtectionMask lost = 0;  ///< kReady: protections that the drive does not have
   can::BusState bus_state = can::BusState::kActive;
   canopen::MasterFrame master = canopen::MasterFrame::kSync;
+  PositionMemory memory{0.0};  ///< kUnconfirmed: the last position of the axis, or why there is none
+  double position = 0.0;       ///< kUnconfirmed: the present one, m or rad
 };
 
 /** Periodic loop of the HAL: receive, check guards, compute targets, transmit, SYNC last.
@@ -76,6 +79,13 @@ class RobotHardware {
 
   /// Homing of one arm; repeat the call within ArmHardware::kHomingKeepAlive until it is done.
   ArmHardware::HomingAnswer home(int arm, std::int64_t now) noexcept { return arms_[index(arm)].home(now); }
+
+  /// Before start(): what is known of the last position of an axis, by its index in config().axes, m or rad.
+  void restorePosition(std::size_t axis, LastPosition state, double position) noexcept {
+    axes_[axis]->memory().restore(state, position);
+  }
+  /// Last positions that were known to be right.
+  PositionSnapshot lastPositions() const noexcept;
 
   const HardwareConfig& config() const noexcept { return config_; }
   int armCount() const noexcept { return static_cast<int>(arms_.size()); }
@@ -143,6 +153,7 @@ class RobotHardware {
   void receive(std::int64_t now) noexcept;
   void onEvent(std::size_t bus, const canopen::NetworkEvent& event) noexcept;
   void watchEmergencyStop(std::int64_t now) noexcept;
+  void reportReference(std::size_t axis) noexcept;
   void measureLoad(BusSlot& slot, std::size_t bus, std::int64_t now) noexcept;
   void askForRestarts() noexcept;
 

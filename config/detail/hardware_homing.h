@@ -7,9 +7,9 @@
 
 namespace tandem::config {
 
-/// Checks `homing` of a drive that has been read. @throw Error for a homing run without `reference: homing` and the
-/// reverse, a reserved method, a speed above that of the axis.
-void checkHomingRun(const Map& drive, const hal::AxisConfig& axis);
+/** Reads `hard_stop` of a drive whose other keys have been read, and checks it, `homing` and `jump_tolerance`.
+ * @throw Error for a run without its `reference` and the reverse, a reserved method, a speed above that of the axis. */
+void readReference(const Map& drive, hal::AxisConfig& axis);
 
 /** Checks that the carriages of every arm keep equation (1) while they home together: they move at one speed and end
  * inside it, and none turns around; every distance then changes monotonically between two values that satisfy it.

@@ -29,7 +29,7 @@ BusTraffic HardwareConfig::trafficOf(int bus, double heartbeat_budget) const {
       continue;
     ++traffic.drives;
     traffic.encoders += axis.encoder ? 1 : 0;
-    traffic.torques += axis.torque.object != 0 ? 1 : 0;
+    traffic.torques += axis.feedbackTorque() != 0 ? 1 : 0;
     traffic.inputs += readsInputs(*this, axis) ? 1 : 0;
   }
   traffic.heartbeat_period = node_heartbeat;

@@ -66,7 +66,7 @@ const std::map<std::string, std::vector<std::string>>& examples() {
       {"can log", {"tandem can log --bus can:can0 --out drives.log --for 10"}},
       {"can replay", {"tandem can replay drives.log --bus can:vcan0"}},
       {"can monitor", {"tandem can monitor lab.yaml", "tandem can monitor laptop --once --json"}},
-      {"home", {"tandem home", "tandem home --arm a"}},
+      {"home", {"tandem home", "tandem home --arm a", "tandem home --confirm"}},
       {"jog", {"tandem jog a beta_1 2 --for 1.5", "tandem jog a alpha_3 -- -10"}},
       {"security init", {"tandem security init /etc/tandem/credentials"}},
       {"security issue", {"tandem security issue /etc/tandem/credentials console-operator --name anna"}},

@@ -76,13 +76,20 @@ void placeReferences(const hal::AxisConfig& axis, const hal::AxisUnits& units, D
   using sim::drives::HomingMethod;
   using Switch = HomingMethod::Switch;
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  constexpr double kWidth = 0.02;  // of a home switch, and distance of a limit switch behind the range, of the range
-  constexpr double kBefore = 0.3;  // of a revolution, from an edge to the index pulse
+  constexpr double kWidth = 0.02;     // of a home switch, and distance of a limit switch behind the range, of the range
+  constexpr double kStiffness = 2.0;  // of a mechanical stop, per mille of the rated torque per count
+  constexpr double kBefore = 0.3;     // of a revolution, from an edge to the index pulse
   const double home = units.toCounts(axis.homing.position).value;
   const double one = units.toCounts(axis.lower).value, other = units.toCounts(axis.upper).value;
   const double revolution = axis.gearing.counts_per_revolution, margin = kWidth * std::abs(one - other);
   spec.start = 0.5 * (one + other);
   spec.switches.index = home;
+  if (axis.reference == hal::PositionReference::kHardStop) {
+    (axis.hard_stop.positive != units.reversed() ? spec.motor.high : spec.motor.low) = home;
+    spec.switches.at_ends = false;
+    spec.motor.end_stiffness = kStiffness;
+    return;
+  }
   const std::optional<HomingMethod> method = HomingMethod::ofNumber(axis.homing.method);
   if (!method)
     return;
@@ -125,7 +132,7 @@ DriveSpec driveOf(const hal::AxisConfig& axis) {
     spec.brake = {axis.brake->mask(), axis.brake->closed_level, 0.6 * axis.brake->closing_time};
     spec.motor.load = units.toCountSpeed(axis.translation ? kFall : kRotationFall);
   }
-  if (axis.reference == hal::PositionReference::kHoming) {
+  if (axis.needsRun()) {
     spec.incremental = true;
     placeReferences(axis, units, spec);
   }

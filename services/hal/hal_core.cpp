@@ -92,6 +92,9 @@ HalAnswer HalCore::onRequest(const ParsedHalRequest& request, std::int64_t now) 
         break;
       case hal::ArmHardware::HomingAnswer::kNotDisabled:
         return refuse(dds::ReplyCode::kWrongState, name, " is not DISABLED; disable it first");
+      case hal::ArmHardware::HomingAnswer::kUnconfirmed:
+        return refuse(dds::ReplyCode::kWrongState, name,
+                      ": a joint may not be where it was last: see the log; if it is right, tandem home --confirm");
       case hal::ArmHardware::HomingAnswer::kNotReady:
         return refuse(dds::ReplyCode::kWrongState, name,
                       ": a node is not operational, or a guard is active; see `tandem can monitor`");

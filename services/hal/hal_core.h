@@ -51,6 +51,10 @@ class HalCore : public runtime::DriveCore<hal::RobotHardware> {
   /// The state to publish now, with a new sequence.
   void state(std::int64_t now, dds::ActuationState& state) noexcept;
   void status(dds::HalStatus& status) const noexcept;
+  /// Before start(): RobotHardware::restorePosition().
+  void restorePosition(std::size_t axis, hal::LastPosition state, double position) noexcept {
+    drives_.restorePosition(axis, state, position);
+  }
   bool nextEvent(hal::HardwareEvent& event) noexcept { return drives_.nextEvent(event); }
   /// Whether an operator has requested a restart of this bus after bus-off; true once per request.
   bool takeRestart(int bus) noexcept { return drives_.takeRestart(bus); }

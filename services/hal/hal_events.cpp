@@ -54,6 +54,31 @@ std::string describeFactors(const hal::Axis& axis) {
   return text;
 }
 
+/// "position 3.2 mm is not plausible: it was 1.1 mm, 2.1 mm away, expected at most 0.5 mm; ...".
+std::string describeJump(const hal::AxisConfig& axis, const hal::HardwareEvent& event) {
+  const auto inUnit = [&](double value) {
+    return fmt::format("{:.4g} {}", value * (axis.translation ? 1e3 : 180.0 / std::numbers::pi),
+                       axis.translation ? "mm" : "deg");
+  };
+  std::string text = axis.name + ": the position after power on is " + inUnit(event.position) + "; ";
+  switch (event.memory.state()) {
+    case hal::LastPosition::kKnown:
+      text += "it was " + inUnit(event.memory.position()) + " last, expected at most " +
+              inUnit(event.memory.tolerance()) + " (jump_tolerance) away";
+      break;
+    case hal::LastPosition::kMissing:
+      text += "no last position is stored";
+      break;
+    case hal::LastPosition::kDamaged:
+      text += "the file of last positions is damaged";
+      break;
+    case hal::LastPosition::kChanged:
+      text += "the last position was stored with other keys of the conversion (counts, gear, offset, encoder)";
+      break;
+  }
+  return text + ". Compare it with the joint, then tandem home --confirm, or correct the offset";
+}
+
 std::string describeMaster(hal::canopen::MasterFrame frame) {
   const std::string received = ": " + std::string(name(frame)) + " from another master";
   if (frame == hal::canopen::MasterFrame::kSdoRequest)
@@ -77,7 +102,7 @@ std::string nameOf(const hal::BusConfig& bus) { return "bus " + bus.name + " (" 
 
 bool isProblem(const hal::HardwareEvent& event) {
   return event.kind == Kind::kGuard || event.kind == Kind::kNode || event.kind == Kind::kMaster ||
-         (event.kind == Kind::kEmergency && event.code != 0) ||
+         event.kind == Kind::kUnconfirmed || (event.kind == Kind::kEmergency && event.code != 0) ||
          (event.kind == Kind::kBus && event.bus_state != hal::can::BusState::kActive);
 }
 
@@ -107,6 +132,8 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
     case Kind::kReady:
       return axis.config().name + ": ready" + (event.lost == 0 ? "" : describeLoss(axis, event.lost)) +
              describeFactors(axis);
+    case Kind::kUnconfirmed:
+      return describeJump(axis.config(), event);
     case Kind::kBus:
     case Kind::kMaster:
     case Kind::kReleased:

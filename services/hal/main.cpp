@@ -11,6 +11,7 @@
 #include "services/hal/bus_setup.h"
 #include "services/hal/hal_core.h"
 #include "services/hal/hal_events.h"
+#include "services/hal/position_keeper.h"
 #include "services/runtime/drive_shell.h"
 #include "services/runtime/spsc_queue.h"
 
@@ -38,6 +39,7 @@ class Service {
   Service(const runtime::Setup& setup, const hal::HardwareConfig& hardware, hal_service::HalCore& core)
       : hardware_(hardware),
         core_(core),
+        positions_(hardware, hal_service::positionFile(hardware), core),
         shell_(setup, hardware.period, [this](const auto& m) { return details(m); }),
         replies_(shell_.bus().writer(dds::kHalReply)),
         answers_out_(shell_.publisher().queue<hal_service::HalAnswer>(
@@ -82,6 +84,7 @@ class Service {
     while (requests_.pop(request))
       answers_out_.post(core_.onRequest(request, tick.now));
     core_.step(tick.now);
+    positions_.offer(core_, tick.now);
     shell_.show(core_, tick);
     hal::HardwareEvent event;
     while (core_.nextEvent(event))
@@ -115,6 +118,7 @@ class Service {
 
   const hal::HardwareConfig& hardware_;
   hal_service::HalCore& core_;
+  hal_service::PositionKeeper positions_;
   std::string last_problem_ = "none";  ///< publisher thread
   runtime::DriveShell shell_;
   dds::Writer<dds::Reply> replies_;

@@ -22,7 +22,26 @@ namespace {
 struct MotionCommand {
   std::string deployment = runtime::defaultDeployment(), arm, joint;
   double speed = 0.0, seconds = 1.0, timeout = 180.0;
+  bool confirm = false;
 };
+
+/// Repeats the request until the HAL takes it as a confirmation. @throw Failure
+void confirmPositions(client::Client& client, const dds::HalRequest& request, runtime::StopSignal& stop) {
+  constexpr double kRepeat = 0.2, kLongest = 40.0;  // s: longer than ArmHardware::kConfirmTime of every arm
+  const auto start = std::chrono::steady_clock::now();
+  while (true) {
+    try {
+      client.hal(request);
+      return;
+    } catch (const client::Refusal& refusal) {
+      const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start;
+      if (std::string(refusal.what()).find("--confirm") == std::string::npos || passed.count() > kLongest)
+        throw;
+    }
+    if (stop.waitFor(kRepeat))
+      throw Failure(kFailure, "interrupted; no position is confirmed");
+  }
+}
 
 /// Homing of the drives. It continues while the request is repeated; without repetition the drives stop.
 int homeDrives(const MotionCommand& options) {
@@ -35,6 +54,8 @@ int homeDrives(const MotionCommand& options) {
   dds::HalRequest request;
   request.kind = static_cast<std::uint8_t>(dds::HalKind::kHome);
   request.arm = options.arm.empty() ? dds::kAllArms : client::armIndex(robot, options.arm);
+  if (options.confirm)
+    confirmPositions(client, request, stop);
   const auto start = std::chrono::steady_clock::now();
   bool began = false;
   while (client.hal(request).value == 0) {
@@ -111,6 +132,9 @@ void registerHome(CLI::App& app, int& exit_code) {
   command->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
   command->add_option("-a,--arm", options->arm, "one arm only");
   command->add_option("--timeout", options->timeout, "time-out, s")->capture_default_str()->check(client::kPositive);
+  command->add_flag(
+      "--confirm", options->confirm,
+      "confirm positions after power on that are not those of before (jump_tolerance); it takes 3 s per arm");
   command->footer("The arms must be DISABLED. To move homed arms to the robot file's home: tandem robot home.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return homeDrives(*options); }); });
 }

@@ -94,6 +94,12 @@ TEST(Report, ServesLines) {
   EXPECT_EQ(serveLine(rig.drives, "clear 1 stuck"), "error: node 1 has no such fault");
   EXPECT_EQ(serveLine(rig.drives, "inject 17 slow"), "error: node 17 cannot have the fault slow");
   EXPECT_EQ(serveLine(rig.drives, "nonsense").find("error: 'nonsense', expected inject"), 0u);
+  const double before = rig.drive().position();
+  EXPECT_EQ(serveLine(rig.drives, "turn 1 -250"), "ok");
+  EXPECT_EQ(rig.drive().position(), before - 250.0);
+  EXPECT_EQ(serveLine(rig.drives, "turn 17 5"), "error: node 17 is no drive");
+  EXPECT_NE(serveLine(rig.drives, "turn 1").find("expected a number of counts"), std::string::npos);
+  EXPECT_EQ(serveLine(rig.drives, "turn 1 250"), "ok");
   rig.command().set(test::kTarget, 500);
   rig.run(0.2);
   EXPECT_GT(rig.drive().record().travel, 400.0);

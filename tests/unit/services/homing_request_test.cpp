@@ -15,7 +15,7 @@ constexpr std::uint64_t kHolder = 7, kOther = 8;
 /** The linear stages of the first arm require homing. */
 class HomingSystem {
  public:
-  HomingSystem() {
+  explicit HomingSystem(const hal::HardwareConfig& hardware = hal::test::homingHardware()) : hardware_(hardware) {
     for (int b = 0; b < static_cast<int>(hardware_.buses.size()); ++b) {
       wires_.push_back(std::make_unique<hal::test::Wire>(hardware_, b, now_));
       buses_.push_back(&wires_.back()->master);
@@ -51,6 +51,7 @@ class HomingSystem {
     answer = hal_->onRequest({client, 1, static_cast<std::uint8_t>(dds::HalKind::kHome), 0}, now_);
     return answer.code;
   }
+  bool homed() const { return hal_->robot().homed(0); }
   bool homing() const { return hal_->robot().arm(0).homing(); }
   void stopControl() { control_.stop(); }
 
@@ -71,7 +72,7 @@ class HomingSystem {
   static void fast(config::Deployment& deployment) { deployment.control_period = 0.01; }
 
   runtime::Setup of_hal_ = makeSetup("drives", fast), of_control_ = makeSetup("drives", fast);
-  hal::HardwareConfig hardware_ = hal::test::homingHardware();
+  hal::HardwareConfig hardware_;
   std::vector<std::unique_ptr<hal::test::Wire>> wires_;
   std::vector<hal::can::Bus*> buses_;
   std::optional<hal_service::HalCore> hal_;
@@ -124,6 +125,31 @@ TEST(HomingRequest, IsRefusedWhileControlIsInFaultOrSilent) {
   EXPECT_EQ(s.home(kHolder), ReplyCode::kWrongState);
   EXPECT_NE(std::string(s.answer.reason.data()).find("no recent command from control"), std::string::npos);
   EXPECT_FALSE(s.homing());
+}
+
+TEST(ConfirmPosition, NeedsARequestOfTheCommanderThatIsRepeated) {
+  hal::HardwareConfig hardware = hal::test::presetHardware();
+  for (hal::AxisConfig& axis : hardware.axes)
+    axis.jump_tolerance = 1e-3;
+  HomingSystem s(hardware);
+  const auto repeat = [&](std::uint64_t client, double seconds) {
+    for (double t = 0.0; t < seconds && s.home(client) != ReplyCode::kOk; t += 0.2)
+      s.run(0.2, kHolder);
+    return s.answer.code;
+  };
+  EXPECT_FALSE(s.homed()) << "nothing is stored yet";
+  ASSERT_EQ(s.sendRequest(kHolder, ControlKind::kAcquireLease), ReplyCode::kOk);
+  s.run(0.1, kHolder);
+  EXPECT_EQ(repeat(kOther, 5.0), ReplyCode::kNotLeaseOwner);
+  EXPECT_FALSE(s.homed());
+  EXPECT_EQ(repeat(kHolder, 2.5), ReplyCode::kWrongState);
+  EXPECT_NE(std::string(s.answer.reason.data()).find("tandem home --confirm"), std::string::npos);
+  s.run(1.5, kHolder);  // it is let go: it starts again
+  EXPECT_EQ(repeat(kHolder, 2.5), ReplyCode::kWrongState);
+  EXPECT_FALSE(s.homed());
+  EXPECT_EQ(repeat(kHolder, 1.0), ReplyCode::kOk) << s.answer.reason.data();
+  EXPECT_TRUE(s.homed());
+  EXPECT_EQ(s.answer.value, 1u) << "nothing to do";
 }
 
 }  // namespace

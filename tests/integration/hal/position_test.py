@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: Apache-2.0
+"""tandem-hal remembers the last positions: killed, with a joint turned by hand, with a damaged file, it asks before an arm can be enabled."""
+import os
+import pathlib
+import signal
+import sys
+from unittest import mock
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+from hardware import COUNTS_PER_M, HalTest, system  # noqa: E402
+
+TOLERANCE = 0.5e-3  # m
+READY, UNHOMED = "switch on disabled", "unhomed"
+
+
+class Positions(HalTest):
+    def setUp(self):
+        super().setUp()
+        state = self.folder / "state"
+        environment = mock.patch.dict(os.environ, XDG_STATE_HOME=str(state))
+        environment.start()
+        self.addCleanup(environment.stop)
+        self.stored = state / "tandem" / "positions"
+        key = "reference: absolute_encoder"
+        # The linear stages of both arms.
+        self.hardware.write_text(self.hardware.read_text().replace(key, f"{key}\n      jump_tolerance_mm: {1e3 * TOLERANCE}", 1))
+        for bus in "ab":
+            self.drive_sim(bus)
+
+    def kill(self):
+        os.kill(self.running.pids["hal"], signal.SIGKILL)
+        self.running.event("stopped", 30)
+        self.running.close()
+
+    def await_states(self, *expected):
+        def states():
+            return tuple(axis["state"] for axis in self.monitor(self.running)["axes"][:3])
+
+        system.until(lambda: states() == expected, 30, f"the axes are {expected}")
+
+    def confirm(self):
+        self.assert_ok(system.run("home", "-d", self.running.path, "--confirm"))
+        self.await_states(READY, READY, READY)
+
+    def test_a_killed_hal_asks_after_a_jump(self):
+        self.running = self.start_hal()
+        self.await_states(UNHOMED, UNHOMED, UNHOMED)
+        self.assert_refused(system.run("home", "-d", self.running.path), "--confirm")
+        self.assertEqual({arm["homed"] for arm in self.monitor(self.running)["arms"]}, {False})
+        self.confirm()
+        [file] = system.until(lambda: list(self.stored.glob("*.txt")), 10, "the positions are stored")
+        system.until(lambda: len(file.read_text().splitlines()) == 14, 10, "all twelve of them")
+        for jump, first in ((0.5 * TOLERANCE, READY), (3.0 * TOLERANCE, UNHOMED)):
+            text = file.read_text()
+            self.kill()
+            self.tell("a", f"turn 1 {round(jump * COUNTS_PER_M)}")
+            self.assertEqual(file.read_text(), text)
+            self.running = self.start_hal()
+            self.await_states(first, READY, READY)
+            if first == UNHOMED:
+                self.confirm()
+        self.kill()
+        file.write_text(file.read_text()[:-30])
+        self.running = self.start_hal()
+        self.await_states(UNHOMED, UNHOMED, UNHOMED)
+        self.confirm()
+
+
+if __name__ == "__main__":
+    system.main()

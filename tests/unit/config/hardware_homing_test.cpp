@@ -1,0 +1,90 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file References of hardware files: mechanical stops and the tolerance of a jump. */
+#include "hal/hardware.h"
+#include "support.h"
+
+namespace tandem::config::test {
+namespace {
+
+const std::string kEncoder = "reference: absolute_encoder";
+
+/// The preset; its linear stages have these lines instead of an encoder's reference.
+std::string withReference(const std::string& lines) {
+  const std::string preset = replaced(readAll(presets() / "hardware/ark2024-two-buses.yaml"), "../robots/ark2024.yaml",
+                                      (presets() / "robots/ark2024.yaml").string());
+  std::string text = replaced(preset, kEncoder, lines);
+  if (lines.starts_with(kEncoder))
+    return text;
+  const std::string homes[] = {"-400", "-300", "-190"};
+  for (const std::string bus : {"bus_a", "bus_b"}) {
+    for (int tube = 1; tube <= 3; ++tube) {
+      const std::string key = "tube: " + std::to_string(tube) + ", bus: " + bus + ", node: " + std::to_string(tube);
+      text = replaced(text, key + ",", key + ", home_position_mm: " + homes[tube - 1] + ",");
+    }
+  }
+  return text;
+}
+
+hal::HardwareConfig loadReference(const std::string& lines) {
+  const Folder folder;
+  return loadHardware(folder.write("file.yaml", withReference(lines)));
+}
+
+void refuseReference(const std::string& lines, const std::string& key, const std::string& message) {
+  SCOPED_TRACE(lines);
+  try {
+    loadReference(lines);
+    ADD_FAILURE() << "accepted";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.key(), key);
+    EXPECT_NE(std::string(error.what()).find(message), std::string::npos) << error.what();
+  }
+}
+
+TEST(HardwareReference, AMechanicalStopHasATorqueAndASpeed) {
+  const std::string stop =
+      "{direction: positive, speed_mm_per_s: 3, torque_per_mille: 250, time_ms: 80, order: 2, budget_s: 30}";
+  const hal::HardwareConfig hardware = loadReference("reference: hard_stop\n      hard_stop: " + stop);
+  const hal::AxisConfig& axis = hardware.axes[0];
+  EXPECT_EQ(axis.reference, hal::PositionReference::kHardStop);
+  EXPECT_TRUE(axis.needsRun());
+  EXPECT_TRUE(axis.hard_stop.positive);
+  EXPECT_EQ(axis.hard_stop.speed, 3e-3);
+  EXPECT_EQ(axis.hard_stop.torque, 0.25);
+  EXPECT_EQ(axis.hard_stop.time, 0.08);
+  EXPECT_EQ(axis.homing.order, 2);
+  EXPECT_EQ(axis.homing.budget, 30.0);
+  EXPECT_EQ(axis.homing.position, -0.4);
+  EXPECT_EQ(axis.feedbackTorque(), 0x6077) << "the run reads it";
+  EXPECT_EQ(hardware.trafficOf(0, 0.1).torques, 3);
+}
+
+TEST(HardwareReference, AMechanicalStopIsRefusedWithItsKey) {
+  const auto stop = [](const std::string& speed, const std::string& time, const std::string& more = "") {
+    return "reference: hard_stop\n      " + more + "hard_stop: {direction: negative, speed_mm_per_s: " + speed +
+           ", torque_per_mille: 250, time_ms: " + time + "}";
+  };
+  const std::string key = "translations[0].drive.";
+  EXPECT_NO_THROW(loadReference(stop("5", "100"))) << "1 mm of following error";
+  refuseReference(stop("5.1", "100"), key + "hard_stop.speed_mm_per_s", "half of `following_error`");
+  refuseReference(stop("11", "20"), key + "hard_stop.speed_mm_per_s", "expected at most `velocity`");
+  refuseReference("reference: hard_stop", key + "reference", "expected a `hard_stop` mapping");
+  refuseReference(replaced(stop("1", "20"), "reference: hard_stop", "reference: drive"), key + "hard_stop",
+                  "expected `reference: hard_stop`");
+  refuseReference(stop("1", "20", "torque_limit: {object: current, limit_per_mille: 900}\n      "),
+                  key + "torque_limit", "expected `torque`");
+  refuseReference(replaced(stop("1", "20"), "torque_per_mille: 250", "torque_per_mille: 5"),
+                  key + "hard_stop.torque_per_mille", "10");
+}
+
+TEST(HardwareReference, AJumpIsOfAnAbsolutePosition) {
+  EXPECT_EQ(loadReference(kEncoder).axes[0].jump_tolerance, 0.0);
+  EXPECT_EQ(loadReference(kEncoder + "\n      jump_tolerance_mm: 0.5").axes[0].jump_tolerance, 0.5e-3);
+  refuseReference(
+      "reference: hard_stop\n      jump_tolerance_mm: 0.5\n      hard_stop: {direction: negative, "
+      "speed_mm_per_s: 1, torque_per_mille: 250}",
+      "translations[0].drive.jump_tolerance_mm", "expected `reference: absolute_encoder` or `drive`");
+}
+
+}  // namespace
+}  // namespace tandem::config::test
