@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-"""tandem-hal remembers the last positions: killed, with a joint turned by hand, with a damaged file, it asks before an arm can be enabled."""
+"""tandem-hal remembers the last positions: killed, with a joint turned by hand or a damaged file, it asks before an arm can
+be enabled."""
 import os
 import pathlib
 import signal
