@@ -96,8 +96,8 @@ export class App {
     this.stop = new StopKey(this.c, () => pilot.gate.release("stop was pressed"));
     new Devices(this.view, pilot, (by) => this.stop.press(by));
     this.hud = new Hud(this.c, this.view, (times) => this.drawing.setThickness(times));
-    this.health = new Health(this.c);
     const charts = new Charts(this.c);
+    this.health = new Health(this.c, charts.loop);
     const clock = new Clock(robot, link, (milliseconds) => charts.setRoundTrip(milliseconds));
     const operate = new Operate(this.c);
     const run = new Run(this.c, this.view);

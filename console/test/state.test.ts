@@ -5,7 +5,7 @@ import { expect, test } from "vitest";
 import { age, ageText, staleAfter } from "../src/state/age";
 import { parametersOf } from "../src/state/robot";
 import type { Robot } from "../src/state/robot";
-import { allowed, place, rotationRange, wrap } from "../src/state/track";
+import { allowed, place, rotationRange, turns, wrap } from "../src/state/track";
 import {
   driveRecord,
   faultsOf,
@@ -136,7 +136,7 @@ test("bars: what is inside stays inside and in order", () => {
     const range = { from: -random(), to: random() };
     const [a, b] = [4 * random() - 2, 4 * random() - 2].sort((x, y) => x - y) as [number, number];
     expect(place(a, range)).toBeLessThanOrEqual(place(b, range));
-    const { left, right } = allowed(a, b, range);
+    const [{ left, right }] = allowed(a, b, range, false);
     expect(left).toBeGreaterThanOrEqual(0);
     expect(right).toBeLessThanOrEqual(1);
     expect(left).toBeLessThanOrEqual(right);
@@ -144,19 +144,37 @@ test("bars: what is inside stays inside and in order", () => {
     expect(Math.abs(wrap(angle))).toBeLessThanOrEqual(Math.PI + 1e-9);
     expect(Math.cos(wrap(angle))).toBeCloseTo(Math.cos(angle), 9);
   }
-  expect(allowed(-Infinity, Infinity, { from: -1, to: 0 })).toEqual({ left: 0, right: 1 });
+  expect(allowed(-Infinity, Infinity, { from: -1, to: 0 }, false)[0]).toEqual({ left: 0, right: 1 });
   expect(rotationRange(null, 3)).toEqual({ from: -Math.PI, to: Math.PI });
   expect(place(1, { from: 1, to: 1 })).toBe(0);
 });
 
-test("parameters: gains, then what the method reads", () => {
+test("bars of one turn: an angle is drawn in the allowed part exactly when it is allowed, and numbered as it is drawn", () => {
+  const random = seeded();
+  const range = rotationRange(null, null);
+  for (let run = 0; run < 2000; ++run) {
+    const lower = 40 * (random() - 0.5);
+    const upper = lower + 2 * Math.PI * random() * 1.2;
+    const angle = lower + 2 * Math.PI * (1.4 * random() - 0.2);
+    expect(wrap(angle) + 2 * Math.PI * turns(angle)).toBeCloseTo(angle, 9);
+    const at = place(wrap(angle), range);
+    const inside = allowed(lower, upper, range, true).some(
+      ({ left, right }) => left < right && left <= at && at <= right,
+    );
+    const away = [-2, 0, 2].some((k) => angle + k * Math.PI >= lower && angle + k * Math.PI <= upper);
+    const near = [lower, upper].some((bound) => Math.abs(wrap(angle - bound)) < 1e-9);
+    if (!near) expect(inside).toBe(away || upper - lower >= 2 * Math.PI);
+  }
+});
+
+test("parameters: those that the method reads, in their order", () => {
   const parameters = [
     { name: "shared", value: 1, methods: kMethods },
     { name: "own", value: 2, methods: ["nspqp"] },
   ];
-  const robot = { control: { relative_gain: 5, tip_gain: 3, parameters } } as unknown as Robot;
+  const robot = { control: { parameters } } as unknown as Robot;
   for (const method of kMethods) {
     const names = parametersOf(robot, method).map((p) => p.name);
-    expect(names).toEqual(["relative_gain", "tip_gain", "shared", ...(method === "nspqp" ? ["own"] : [])]);
+    expect(names).toEqual(["shared", ...(method === "nspqp" ? ["own"] : [])]);
   }
 });

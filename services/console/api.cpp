@@ -7,7 +7,9 @@
 #include <cmath>
 
 #include "config/arm_names.h"
+#include "config/file_tables.h"
 #include "config/path.h"
+#include "config/units.h"
 #include "config/values.h"
 #include "robots/capability.h"
 #include "robots/overlap.h"
@@ -106,23 +108,42 @@ Json describeCapabilities(const config::Robot& robot) {
           {"computation", has(robot, robots::Capability::kComputation)}};
 }
 
-Json describeControl(const config::Deployment& deployment, const config::Robot& robot) {
-  Json parameters = Json::array();
-  for (const control::TunableParameter& parameter : control::kTunableParameters) {
-    Json readers = Json::array();
-    for (const auto& [method, name, meaning] : idl::Enumeration<control::Method>::entries) {
-      if (parameter.readBy(method))
-        readers.push_back(name);
-    }
-    parameters.push_back(
-        {{"name", parameter.name}, {"value", robot.parameters.*parameter.member}, {"methods", std::move(readers)}});
+/// "rad/s"; empty for a plain number.
+std::string siUnitOf(config::Quantity quantity) {
+  for (const config::Unit* unit : config::unitsOf(quantity)) {
+    if (unit->numerator == unit->denominator)
+      return unit->forPeople();
   }
+  return "";
+}
+
+/// @param key  of the files in which the parameter has its meaning and quantity
+Json describeParameter(const config::Field& key, double value, const control::TunableParameter& parameter) {
+  Json readers = Json::array();
+  for (const auto& [method, name, meaning] : idl::Enumeration<control::Method>::entries) {
+    if (parameter.readBy(method))
+      readers.push_back(name);
+  }
+  return {{"name", key.name},
+          {"value", value},
+          {"unit", siUnitOf(key.quantity)},
+          {"meaning", key.description},
+          {"methods", std::move(readers)}};
+}
+
+Json describeControl(const config::Deployment& deployment, const config::Robot& robot) {
+  constexpr control::TunableParameter kGain{};  // all methods use the gains
+  const config::Mapping& run = config::deploymentTable();
+  const config::Mapping& methods = *config::robotTable().field("control").mapping;
+  Json parameters = {describeParameter(run.field("relative_gain"), deployment.relative_gain, kGain),
+                     describeParameter(run.field("tip_gain"), deployment.tip_gain, kGain)};
+  for (const control::TunableParameter& parameter : control::kTunableParameters)
+    parameters.push_back(
+        describeParameter(methods.field(parameter.name), robot.parameters.*parameter.member, parameter));
   return {{"method", control::name(deployment.method)},
           {"method_library", deployment.method_library.filename().string()},
           {"parameters", parameters},
           {"period", deployment.control_period},
-          {"relative_gain", deployment.relative_gain},
-          {"tip_gain", deployment.tip_gain},
           {"model", deployment.model}};
 }
 

@@ -56,7 +56,7 @@ class Rates(Operated):
 
 class Access(Operated):
     def test_the_page_is_accessible(self):
-        self.operate("page.js", "laptop", *os.environ.get("TANDEM_SCENES", "access devices").split())
+        self.operate("page.js", "laptop", *os.environ.get("TANDEM_SCENES", "access devices charts").split())
 
 
 class Preview(Operated):

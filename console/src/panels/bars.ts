@@ -3,7 +3,7 @@
 import type { Joint } from "../state/robot";
 import { isTranslation } from "../state/robot";
 import type { Range } from "../state/track";
-import { allowed, place, rotationRange, wrap } from "../state/track";
+import { allowed, place, rotationRange, turns, wrap } from "../state/track";
 import { shortName } from "../state/descriptions";
 import { maxJointsPerArm } from "../wire/messages";
 import type { Context, Panel } from "./context";
@@ -20,8 +20,10 @@ interface Bar {
   joint: number;
   translation: boolean;
   range: Range;
+  /** It shows angles modulo a turn. */
+  wraps: boolean;
   row: HTMLElement;
-  free: HTMLElement;
+  free: readonly HTMLElement[];
   value: HTMLElement;
   setpoint: HTMLElement;
   text: HTMLElement;
@@ -52,7 +54,7 @@ export class Bars implements Panel {
     const tubes = this.c.robot.arms[arm]!.tubes.length;
     const travel = tubes > 1 ? { from: reach, to: 0 } : { from: of.lower ?? 0, to: of.upper ?? 0 };
     const range = translation ? travel : rotationRange(of.lower, of.upper);
-    const free = h("i.free");
+    const free = [h("i.free"), h("i.free")];
     const value = h("i.value");
     value.style.background = this.c.robot.arms[arm]!.tubes[joint % tubes]!.color;
     const setpoint = h("i.setpoint");
@@ -63,6 +65,7 @@ export class Bars implements Panel {
       joint,
       translation,
       range,
+      wraps: !translation && (of.lower === null || of.upper === null),
       row: h(of.symbol.length > 2 ? "div.bar.named" : "div.bar"),
       free,
       value,
@@ -75,7 +78,7 @@ export class Bars implements Panel {
     bar.row.append(
       h("span.name", {}, of.symbol),
       bar.jogs[0]!,
-      h("div.track", {}, free, setpoint, value),
+      h("div.track", {}, ...free, setpoint, value),
       bar.jogs[1]!,
       text,
     );
@@ -118,20 +121,23 @@ export class Bars implements Panel {
       for (const jog of bar.jogs) setUsable(jog, refused[bar.arm]!);
       const position = world.joints(bar.arm)?.position[bar.joint];
       const setpoint = world.setpoints(bar.arm)?.position[bar.joint];
-      const turn = (x: number): number => (!bar.translation && bar.range.to - bar.range.from < 6.3 ? wrap(x) : x);
+      const turn = (x: number): number => (bar.wraps ? wrap(x) : x);
       setClass(bar.row, "stale", old || world.stale(world.arms[bar.arm]!.measuredJs, now));
       if (position === undefined) continue;
       const at = bar.arm * maxJointsPerArm + bar.joint;
       const lower = limits?.lower[at] ?? -Infinity;
       const upper = limits?.upper[at] ?? Infinity;
-      // Bounds further than a turn away are outside the range of the bar.
-      const spans = !bar.translation && !(upper - lower < 2 * Math.PI);
-      const { left, right } = spans ? { left: 0, right: 1 } : allowed(turn(lower), turn(upper), bar.range);
-      bar.free.style.left = `${(100 * left).toFixed(2)}%`;
-      bar.free.style.width = `${(100 * (right - left)).toFixed(2)}%`;
+      allowed(lower, upper, bar.range, bar.wraps).forEach(({ left, right }, k) => {
+        bar.free[k]!.hidden = right <= left;
+        bar.free[k]!.style.left = `${(100 * left).toFixed(2)}%`;
+        bar.free[k]!.style.width = `${(100 * (right - left)).toFixed(2)}%`;
+      });
       bar.value.style.left = `${(100 * place(turn(position), bar.range)).toFixed(2)}%`;
       if (setpoint !== undefined) bar.setpoint.style.left = `${(100 * place(turn(setpoint), bar.range)).toFixed(2)}%`;
-      setText(bar.text, bar.translation ? `${millimetres(position)} mm` : `${degrees(position)}°`);
+      const round = bar.wraps ? turns(position) : 0;
+      const more = round === 0 ? "" : ` ${round < 0 ? "−" : "+"}${Math.abs(round)}×360°`;
+      setText(bar.text, bar.translation ? `${millimetres(position)} mm` : `${degrees(turn(position))}°${more}`);
+      setClass(bar.text, "long", more !== "");
       const active = (limits?.active[at] ?? 0) !== 0;
       setClass(bar.row, "active", active);
       setAttribute(bar.row, "data-active", active ? "yes" : "no");

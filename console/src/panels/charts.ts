@@ -1,72 +1,81 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Strip charts of the last 30 s. */
-import uPlot from "uplot";
-import "uplot/dist/uPlot.min.css";
-
+/** Strip charts of the last 30 s: what the arms do beside the bars, and what the loop does in the Health panel. */
 import type { ControlStatus } from "../wire/messages";
+import { kNoTrace, plain, taskTraces } from "../state/traces";
 import type { Context, Panel } from "./context";
 import { h } from "./dom";
+import { digits, StripChart } from "./strip";
+import type { Strip } from "./strip";
+import { whenThemeChanges } from "./theme";
 
-const kWindow = 30; // s
 const kRedraw = 200; // ms
-const kMost = 2048; // samples: in a loop of 1 kHz, only the latest of each frame is drawn
-const kInk = "#8fa1b3";
-const kLines = ["#56b4e9", "#e69f00", "#1fb88d", "#cc79a7"];
-const kDashes = [[], [6, 3], [2, 2], [8, 2, 2, 2]];
-
-interface Chart {
-  title: string;
-  series: string[];
-  /** Value of the lower end of the axis, without errors. */
-  least: number;
-  /** Minimum value of the upper end. */
-  span?: number;
-  most?: number;
-  values(status: ControlStatus): (number | null)[];
-}
+const kTasks = 4;
+const kRoundTripGap = 2.5; // s: one is measured every 0.5 s
+const kNoTasks = Array.from({ length: kTasks }, () => kNoTrace);
 
 const tasks = (status: ControlStatus, values: Float64Array, factor: number): (number | null)[] =>
-  [0, 1].map((k) => (k < status.task_count ? factor * values[k]! : null));
+  [...values].map((value, k) => (k < status.task_count ? factor * value : null));
+/** Metres as millimetres; below 0, bodies overlap. */
+const distance = (mm: number): string => (mm < 0 ? `overlap of ${digits(-mm)}` : digits(mm));
 
 export class Charts implements Panel {
-  readonly element = h("section.charts", { "aria-label": "Strip charts of the last 30 seconds" });
-  private readonly plots: uPlot[] = [];
-  private readonly data: (number | null)[][][] = [];
-  private readonly charts: Chart[];
+  readonly element = h("section.charts", { "aria-label": "Charts of the last 30 seconds" });
+  /** Of the loop and the link. */
+  readonly loop = h("div.charts");
+  private readonly all: StripChart[] = [];
+  private readonly error: StripChart;
+  private readonly scale: StripChart;
+  private readonly solver: StripChart;
+  private readonly jitter: StripChart;
+  private readonly roundTrip: StripChart;
   private last: { sequence: bigint; stamp: bigint } | null = null;
-  private roundTrip: number | null = null;
   private drawnAt = 0;
-  private dirty = false;
 
-  constructor(c: Context) {
-    this.charts = [
-      { title: "task error, mm", series: ["1st", "2nd"], least: 0, values: (s) => tasks(s, s.task_error, 1e3) },
-      { title: "task scale", series: ["1st", "2nd"], least: 0, most: 1.05, values: (s) => tasks(s, s.task_scale, 1) },
-      {
-        title: "solver, ms",
-        series: ["solve", "cycle"],
-        least: 0,
-        values: (s) => [1e3 * s.solve_time, 1e3 * s.cycle_time],
-      },
-      {
-        title: "period jitter, ms",
-        series: ["mean", "worst"],
-        least: 0,
-        values: (s) => [this.jitter(s), 1e3 * s.jitter_max],
-      },
-      { title: "round trip, ms", series: ["page to control"], least: 0, span: 5, values: () => [this.roundTrip] },
-    ];
-    for (const chart of this.charts) this.make(chart);
-    c.world.taps.status.push((status) => this.take(status));
-    new ResizeObserver(() => this.resize()).observe(this.element);
+  constructor(private readonly c: Context) {
+    const { element, loop } = this;
+    const text = digits;
+    this.error = this.make(element, { title: "task error, mm", traces: [...kNoTasks], least: 0, span: 0.1, text });
+    this.scale = this.make(element, { title: "task scale, 0 to 1", traces: [...kNoTasks], least: 0, most: 1.05, text });
+    if (c.robot.capabilities.computation) this.makeClearance();
+    const solver = [plain("solve", 0), plain("cycle", 1)];
+    this.solver = this.make(element, { title: "time of a cycle, ms", traces: solver, least: 0, span: 0.1, text });
+    const jitter = [plain("mean", 0), plain("worst", 1)];
+    this.jitter = this.make(loop, { title: "deviation of the period, ms", traces: jitter, least: 0, span: 0.1, text });
+    const there = [plain("page to control and back", 0)];
+    const trip = { title: "round trip, ms", traces: there, least: 0, span: 5, text };
+    this.roundTrip = this.make(loop, trip, kRoundTripGap);
+    c.world.taps.status.push((status, time) => this.take(status, time));
+    whenThemeChanges(() => this.all.forEach((chart) => chart.recolour()));
+  }
+
+  private make(place: HTMLElement, strip: Strip, gap = this.c.world.late / 1000): StripChart {
+    const chart = new StripChart(strip, gap, (text) => this.c.messages.announcer.event(text));
+    place.append(chart.element);
+    this.all.push(chart);
+    return chart;
+  }
+  private makeClearance(): void {
+    const strip = {
+      title: "least distance, mm",
+      traces: [plain("below 0: overlap", 0)],
+      least: 0,
+      span: 1,
+      text: distance,
+    };
+    const chart = this.make(this.element, strip);
+    this.c.world.taps.clearance.push(({ bodies }, time) => {
+      const distances = bodies.map((body) => 1e3 * body.distance);
+      chart.add(time, [distances.length > 0 ? Math.min(...distances) : null]);
+    });
   }
 
   setRoundTrip(milliseconds: number): void {
-    this.roundTrip = milliseconds;
+    const { status } = this.c.world;
+    if (status.at >= 0) this.roundTrip.add(status.time + (performance.now() - status.at), [milliseconds]);
   }
 
   /** Deviation of the cycles since the last sample from the period, ms, by control's clock. */
-  private jitter(status: ControlStatus): number | null {
+  private deviation(status: ControlStatus): number | null {
     const cycles = this.last ? Number(status.sequence - this.last.sequence) : 0;
     const off =
       cycles > 0 ? Math.abs(Number(status.stamp - this.last!.stamp) / cycles / 1e6 - 1e3 * status.period) : null;
@@ -74,100 +83,22 @@ export class Charts implements Panel {
     return off;
   }
 
-  private make(chart: Chart): void {
-    const axis = {
-      stroke: kInk,
-      grid: { stroke: "#1c2732", width: 1 },
-      ticks: { show: false },
-      font: "10px system-ui",
-    };
-    const place = h("div.chart", { role: "img", "aria-label": chart.title });
-    this.element.append(place);
-    const data: (number | null)[][] = [[], ...chart.series.map(() => [])];
-    this.data.push(data);
-    this.plots.push(
-      new uPlot(
-        {
-          title: chart.title,
-          width: 160,
-          height: 120,
-          pxAlign: false,
-          cursor: { show: false },
-          legend: { show: false },
-          padding: [2, 6, 0, 0],
-          scales: {
-            x: { time: false, range: (_u, _min, max) => [max - kWindow, max] },
-            y: {
-              range: (_u, _min, max) => [chart.least, chart.most ?? Math.max(1.15 * (max ?? 0), chart.span ?? 0.1)],
-            },
-          },
-          axes: [
-            {
-              ...axis,
-              size: 18,
-              space: 60,
-              values: (u, splits) => splits.map((v) => `${(v - (u.scales["x"]?.max ?? 0)).toFixed(0)} s`),
-            },
-            {
-              ...axis,
-              size: 42,
-              space: 22,
-              values: (_u, splits) => splits.map((v) => Number(v.toPrecision(3)).toString()),
-            },
-          ],
-          series: [
-            {},
-            ...chart.series.map((name, k) => ({
-              label: name,
-              stroke: kLines[k]!,
-              width: 1.4,
-              dash: kDashes[k]!,
-              points: { show: false },
-              spanGaps: false,
-            })),
-          ],
-        },
-        data as uPlot.AlignedData,
-        place,
-      ),
-    );
-    const key = h(
-      "div.key",
-      {},
-      ...chart.series.map((name, k) => {
-        const entry = h("span", {}, `${["—", "╌"][k] ?? "—"} ${name}`);
-        entry.style.color = kLines[k]!;
-        return entry;
-      }),
-    );
-    if (chart.series.length > 1) place.append(key);
-  }
-
-  private take(status: ControlStatus): void {
-    const now = performance.now() / 1000;
-    this.charts.forEach((chart, i) => {
-      const columns = this.data[i]!;
-      columns[0]!.push(now);
-      chart.values(status).forEach((value, k) => columns[k + 1]!.push(value));
-      if (columns[0]!.length > kMost || (columns[0]!.length > 64 && (columns[0]![32] as number) < now - kWindow)) {
-        for (const column of columns) column.splice(0, 32);
-      }
-    });
-    this.dirty = true;
+  private take(status: ControlStatus, time: number): void {
+    if (status.task_count > 0) {
+      const arms = this.c.robot.arms.map(({ name }) => name);
+      taskTraces(status.task_count, this.c.world.plan(), arms).forEach((trace, k) => {
+        for (const chart of [this.error, this.scale]) chart.rename(k, trace);
+      });
+    }
+    this.error.add(time, tasks(status, status.task_error, 1e3));
+    this.scale.add(time, tasks(status, status.task_scale, 1));
+    this.solver.add(time, [1e3 * status.solve_time, 1e3 * status.cycle_time]);
+    this.jitter.add(time, [this.deviation(status), 1e3 * status.jitter_max]);
   }
 
   update(now: number): void {
-    if (!this.dirty || now - this.drawnAt < kRedraw) return;
+    if (now - this.drawnAt < kRedraw) return;
     this.drawnAt = now;
-    this.dirty = false;
-    this.plots.forEach((plot, i) => plot.setData(this.data[i] as uPlot.AlignedData));
-  }
-
-  private resize(): void {
-    const places = [...this.element.children] as HTMLElement[];
-    this.plots.forEach((plot, i) => {
-      const { clientWidth: width, clientHeight: height } = places[i]!;
-      if (width > 0 && height > 0) plot.setSize({ width, height: Math.max(60, height - 18) });
-    });
+    for (const chart of this.all) chart.draw();
   }
 }

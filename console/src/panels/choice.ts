@@ -64,7 +64,6 @@ export class Reasons {
     if (this.element.textContent === text) return;
     setText(this.element, text);
     setAttribute(this.element, "title", text);
-    // A text that does not fit is scrolled by keys, too.
-    this.element.tabIndex = this.element.scrollHeight > this.element.clientHeight ? 0 : -1;
+    this.element.tabIndex = text === "" ? -1 : 0; // a text that does not fit is scrolled by keys, too
   }
 }

@@ -19,11 +19,15 @@ export class Health implements Panel {
   private readonly facts = new Map<string, HTMLElement>();
   private kilobytes = 0;
 
-  constructor(private readonly c: Context) {
+  /** @param charts  of the loop */
+  constructor(
+    private readonly c: Context,
+    charts: HTMLElement,
+  ) {
     this.element = h(
       "div",
       {},
-      card("Loop", this.loop),
+      card("Loop", this.loop, charts),
       card("Guards of the drives", this.guards),
       card("Protections that drives lack", this.lacking),
       card("Services", this.services),

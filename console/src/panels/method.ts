@@ -61,20 +61,24 @@ export class MethodPanel implements Panel {
   private show(method: string): void {
     if (method === this.shown) return;
     this.shown = method;
-    this.rows = parametersOf(this.c.robot, method).map(({ name, value }) => {
+    const parameters = parametersOf(this.c.robot, method);
+    this.rows = parameters.map(({ name, value, unit }) => {
       const input = h("input", {
         type: "text",
         inputmode: "decimal",
         autocomplete: "off",
         "data-parameter": name,
-        "aria-label": name,
+        "aria-label": unit === "" ? name : `${name}, ${unit}`,
         readonly: true,
       });
       input.addEventListener("keydown", (event) => event.key === "Enter" && void this.send());
       return { name, input, configured: value, shown: "" };
     });
     this.table.replaceChildren(
-      ...this.rows.map(({ name, input }) => h("label.parameter", {}, h("span", {}, name), input)),
+      ...this.rows.map(({ name, input }, k) => {
+        const { meaning, unit } = parameters[k]!;
+        return h("label.parameter", { title: meaning }, h("span", {}, name), input, h("span.unit", {}, unit));
+      }),
     );
   }
 

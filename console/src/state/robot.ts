@@ -74,9 +74,15 @@ export interface Regions {
   workspace: Box | null;
 }
 
+/** Of control, in SI. */
 export interface Parameter {
   name: string;
   value: number;
+  /** "rad/s"; empty for a plain number. */
+  unit: string;
+  meaning: string;
+  /** Names of the methods that use it. */
+  methods: string[];
 }
 
 /** Capabilities of robot types (robots/capability.h). */
@@ -110,10 +116,9 @@ export interface Robot {
   control: {
     /** File of the method `foreign`; empty if there is none. */
     method_library: string;
-    parameters: (Parameter & { methods: string[] })[];
+    /** The gains, then those of the methods. */
+    parameters: Parameter[];
     period: number;
-    relative_gain: number;
-    tip_gain: number;
   };
   budgets: { lease: number; teleoperation: number };
   /** Names and meanings of values in messages, by enumeration. */
@@ -146,15 +151,9 @@ export interface Trajectory {
 export const isTranslation = (arm: Arm, joint: number): boolean => arm.joints[joint]?.translation ?? false;
 export const mayCommand = (robot: Robot): boolean => robot.role === "operator";
 
-/** Gains, then the parameters of the method. */
-export function parametersOf(robot: Robot, method: string): Parameter[] {
-  const { relative_gain, tip_gain, parameters } = robot.control;
-  return [
-    { name: "relative_gain", value: relative_gain },
-    { name: "tip_gain", value: tip_gain },
-    ...parameters.filter(({ methods }) => methods.includes(method)),
-  ];
-}
+/** The gains, and the parameters of the method. */
+export const parametersOf = (robot: Robot, method: string): Parameter[] =>
+  robot.control.parameters.filter(({ methods }) => methods.includes(method));
 
 /** The server requires a token, and the browser has none, or another one. The message is the server's. */
 export class TokenRequired extends Error {}

@@ -38,6 +38,7 @@ export interface Taps {
   hal: Listener<HalStatus>[];
   summary: Listener<RunSummary>[];
   diagnostics: Listener<DiagnosticArray>[];
+  clearance: Listener<Clearances>[];
 }
 
 // Samples per second. Input of teleoperation names the last status, whose age counts against its budget; counters of the drives are read.
@@ -62,7 +63,7 @@ export class World {
   readonly parameters = new Map<string, number>();
   /** What services said when they ended, by name, until they are back. */
   readonly ends = new Map<string, string>();
-  readonly taps: Taps = { status: [], shape: [], hal: [], summary: [], diagnostics: [] };
+  readonly taps: Taps = { status: [], shape: [], hal: [], summary: [], diagnostics: [], clearance: [] };
 
   constructor(
     readonly robot: Robot,
@@ -87,7 +88,9 @@ export class World {
     this.summary = link.subscribe<RunSummary>(topic("planning/summary"), (m, time) =>
       this.taps.summary.forEach((f) => f(m, time)),
     );
-    this.clearance = link.subscribe(topic("control/clearance"));
+    this.clearance = link.subscribe<Clearances>(topic("control/clearance"), (m, time) =>
+      this.taps.clearance.forEach((f) => f(m, time)),
+    );
     this.teleop = link.subscribe(topic("teleop/status"));
     link.subscribe<DiagnosticArray>(topic("diagnostics"), (m, time) => {
       this.note(m);
@@ -168,7 +171,7 @@ export class World {
     return this.stale(this.status, now) && age(this.status.at, now) <= this.late;
   }
   /** Age at which data is stale, ms. */
-  private get late(): number {
+  get late(): number {
     return staleAfter(Math.max(this.robot.control.period, this.robot.status_period));
   }
 }

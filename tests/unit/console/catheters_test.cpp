@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <map>
 #include <random>
 
 #include "config/robot_files.h"
+#include "control/parameters.h"
 #include "services/console/api.h"
 #include "services/console/grasped_object.h"
 #include "services/console/markers.h"
@@ -151,6 +153,23 @@ TEST(Description, OfTubesAndOfAssistedCathetersHasNoObject) {
   for (const auto& trajectory : describeTrajectories(tubes))
     EXPECT_NE(trajectory["yaml"].get<std::string>().find("trajectory/1"), std::string::npos);
   EXPECT_TRUE(describeRobot(assist, config::loadAnyRobot(assist.robot))["object"].is_null());
+}
+
+TEST(Description, ParametersHaveTheUnitsAndMeaningsOfTheirKeys) {
+  const config::Deployment laptop = presetOf("laptop");
+  const auto parameters = describeRobot(laptop, config::loadAnyRobot(laptop.robot))["control"]["parameters"];
+  EXPECT_EQ(parameters.size(), 2 + control::kTunableParameters.size());
+  std::map<std::string, std::string> units;
+  for (const auto& parameter : parameters) {
+    units[parameter["name"]] = parameter["unit"];
+    EXPECT_NE(parameter["meaning"], "") << parameter["name"];
+    EXPECT_GT(parameter["value"].get<double>(), 0) << parameter["name"];
+  }
+  EXPECT_EQ(units["tip_gain"], "1/s");
+  EXPECT_EQ(units["nsp_damping"], "m");
+  EXPECT_EQ(units["rotation_velocity"], "rad/s");
+  EXPECT_EQ(units["track_weight"], "");
+  EXPECT_EQ(parameters[0]["methods"].size(), control::kMethodCount + 1u);
 }
 
 TEST(Page, TrajectoriesThatTheRobotCannotRunHaveTheReason) {
