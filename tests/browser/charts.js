@@ -35,7 +35,7 @@ module.exports = ({ robot, me, setting, enable, run, shot }) => {
       await enable();
       await me().press("#home");
       await me().said(/Move home: done after/);
-      await me().text(key("least distance, mm"), /below 0: overlapoverlap of 0\.\d+/); // at home, by the paper's placement
+      await me().text(key("least distance, mm"), /distance \(−: overlap\)overlap of 0\.\d+/); // at home, by the paper's placement
       await run();
       await me().text(key("task error, mm"), /A from B[\d.]+tip [AB][\d.]+/);
       const colours = await page().$$eval(`${key("task error, mm")} > span:not([hidden])`, (all) =>
@@ -86,7 +86,7 @@ module.exports = ({ robot, me, setting, enable, run, shot }) => {
       await page().keyboard.press("ArrowLeft");
       await page().keyboard.press("ArrowLeft");
       await me().text('.chart[aria-label^="Chart: least distance"] .when', /^-1\.\d s$/);
-      await me().text("#said-events", /-1\.\d s: below 0: overlap/);
+      await me().text("#said-events", /-1\.\d s: distance \(−: overlap\) /);
       await page().keyboard.press("Tab");
       await page().waitForSelector('.chart[data-cursor="yes"]', { state: "detached" });
     },

@@ -57,7 +57,7 @@ export class Charts implements Panel {
   private makeClearance(): void {
     const strip = {
       title: "least distance, mm",
-      traces: [plain("below 0: overlap", 0)],
+      traces: [plain("distance (−: overlap)", 0)],
       least: 0,
       span: 1,
       text: distance,
