@@ -37,7 +37,7 @@ export class Run implements Panel {
   private readonly limits: HTMLElement;
   private readonly reasons = new Reasons();
   /** Result of the last run: last in the panel, where its coming moves nothing. */
-  readonly result = h("details.card.result", { hidden: true, open: "", id: "run-summary" });
+  readonly result = h("details.result", { hidden: true, open: "", id: "run-summary" });
   private shown: RunSummary | null = null;
   private readonly start: HTMLButtonElement;
   private readonly pause: HTMLButtonElement;
