@@ -196,8 +196,11 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, open }) => {
       };
       const places = () =>
         page().evaluate(() =>
-          [...document.querySelectorAll("button, input, textarea, output, .card")]
-            .filter((e) => !e.closest(".found, .run output, .figures, .rate") && e.getClientRects().length > 0)
+          [...document.querySelectorAll("button, input, textarea, output, .card, .chart")]
+            .filter(
+              (e) =>
+                !e.closest(".found, .run output, .figures, .rate, .chart output") && e.getClientRects().length > 0,
+            )
             .map((e) => {
               const { x, y } = e.getBoundingClientRect();
               return `${e.id || e.getAttribute("aria-label") || e.className}: ${x.toFixed(0)}, ${y.toFixed(0)}`;

@@ -137,7 +137,7 @@ export class Bars implements Panel {
       const round = bar.wraps ? turns(position) : 0;
       const more = round === 0 ? "" : ` ${round < 0 ? "−" : "+"}${Math.abs(round)}×360°`;
       setText(bar.text, bar.translation ? `${millimetres(position)} mm` : `${degrees(turn(position))}°${more}`);
-      setClass(bar.text, "long", more !== "");
+      setAttribute(bar.text, "data-long", more === "" ? "no" : "yes");
       const active = (limits?.active[at] ?? 0) !== 0;
       setClass(bar.row, "active", active);
       setAttribute(bar.row, "data-active", active ? "yes" : "no");
