@@ -85,7 +85,7 @@ class Robot {
   constructor({ bin, deployment }) {
     this.tandem = path.join(bin, "tandem");
     this.deployment = deployment;
-    this.process = spawn(this.tandem, ["status", deployment, "--json", "--follow"], {
+    this.process = spawn(this.tandem, ["status", deployment, "--json", "--follow", "--wait", "60"], {
       stdio: ["ignore", "pipe", "inherit"],
     });
     this.last = null;
@@ -94,6 +94,7 @@ class Robot {
     readline.createInterface({ input: this.process.stdout }).on("line", (line) => this.received(JSON.parse(line)));
   }
   received(status) {
+    assert.ok(status.arms, JSON.stringify(status)); // it has ended with a reason
     const joints = status.arms.flatMap((arm) => arm.joints);
     // A loop that holds a point changes its joints by rounding errors.
     if (!this.joints?.every((q, k) => Math.abs(q - joints[k]) < kStill)) {
