@@ -198,8 +198,7 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, open }) => {
         page().evaluate(() =>
           [...document.querySelectorAll("button, input, textarea, output, .card, .chart")]
             .filter(
-              (e) =>
-                !e.closest(".found, .run output, .figures, .rate, .chart output") && e.getClientRects().length > 0,
+              (e) => !e.closest(".found, .run output, .figures, .rate, .chart output") && e.getClientRects().length > 0,
             )
             .map((e) => {
               const { x, y } = e.getBoundingClientRect();

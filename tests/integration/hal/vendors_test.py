@@ -48,7 +48,8 @@ class Vendors(HalTest):
 
     def run_table3(self):
         experiment = system.short_experiment(self.folder, "nspqp", "snsqp")
-        answer = system.run("experiment", experiment, "--deployment", self.deployment(), "--csv", self.folder / "csv", "--json", timeout=150)
+        answer = system.run("experiment", experiment, "--deployment", self.deployment(), "--csv", self.folder / "csv", "--json",
+                            timeout=150)
         self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
         with open(self.folder / "csv" / "summary.csv", newline="", encoding="utf-8") as file:
             rows = list(csv.DictReader(file))
