@@ -20,7 +20,6 @@ Axis::Axis(const HardwareConfig& hardware,
            canopen::Network& network,
            const safety::Budgets& budgets)
     : config_(config),
-      period_(hardware.period),
       heartbeat_budget_(budgets.drive_heartbeat),
       feedback_budget_(FeedbackBudget::of(hardware, budgets)),
       network_(network),

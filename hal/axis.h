@@ -152,7 +152,6 @@ class Axis {
   void noteGuard(HardwareGuard guard, bool stands) noexcept { guards_ |= stands ? bit(guard) : 0; }
 
   AxisConfig config_;
-  double period_;
   double heartbeat_budget_;  ///< time-out of the nodes for the HAL's heartbeat, s
   FeedbackBudget feedback_budget_;
   canopen::Network& network_;
