@@ -56,15 +56,15 @@ std::string describeFactors(const hal::Axis& axis) {
 
 /// "position 3.2 mm is not plausible: it was 1.1 mm, 2.1 mm away, expected at most 0.5 mm; ...".
 std::string describeJump(const hal::AxisConfig& axis, const hal::HardwareEvent& event) {
-  const auto inUnit = [&](double value) {
+  const auto in_unit = [&](double value) {
     return fmt::format("{:.4g} {}", value * (axis.translation ? 1e3 : 180.0 / std::numbers::pi),
                        axis.translation ? "mm" : "deg");
   };
-  std::string text = axis.name + ": the position after power on is " + inUnit(event.position) + "; ";
+  std::string text = axis.name + ": the position after power on is " + in_unit(event.position) + "; ";
   switch (event.memory.state()) {
     case hal::LastPosition::kKnown:
-      text += "it was " + inUnit(event.memory.position()) + " last, expected at most " +
-              inUnit(event.memory.tolerance()) + " (jump_tolerance) away";
+      text += "it was " + in_unit(event.memory.position()) + " last, expected at most " +
+              in_unit(event.memory.tolerance()) + " (jump_tolerance) away";
       break;
     case hal::LastPosition::kMissing:
       text += "no last position is stored";
