@@ -87,7 +87,7 @@ module.exports = ({ robot, me, enable, run, shot }) => {
           await shot(`console-${theme}-${tab}`);
         }
       }
-      await page().emulateMedia({ colorScheme: null });
+      await page().emulateMedia({ colorScheme: "dark" });
       await me().tab("operate");
     },
   };
