@@ -99,7 +99,8 @@ std::string Findings::report() const {
   std::string text =
       "# Commissioning\n\n| axis | direction | travel | following error, largest | free travel | encoder / drive | "
       "problems |\n|---|---|---|---|---|---|---|\n";
-  for (const auto& [name, axis] : json_["axes"].items()) {
+  for (const auto& item : json_["axes"].items()) {
+    const Json& axis = item.value();
     const auto number = [&](const char* key, const std::string& unit) {
       return axis[key].is_null() ? std::string("not known") : fmt::format("{:.4g}{}", axis[key].get<double>(), unit);
     };
@@ -107,7 +108,7 @@ std::string Findings::report() const {
     std::string problems;
     for (const auto& problem : axis["problems"])
       problems += (problems.empty() ? "" : "; ") + problem.get<std::string>();
-    text += "| " + name + " | " + axis["direction"].get<std::string>() + " | " + number("travel", unit) + " | " +
+    text += "| " + item.key() + " | " + axis["direction"].get<std::string>() + " | " + number("travel", unit) + " | " +
             number("following_max", unit) + " | " + number("backlash", unit) + " | " + number("encoder_ratio", "") +
             " | " + (problems.empty() ? "none" : problems) + " |\n";
   }
