@@ -90,7 +90,7 @@ nlohmann::ordered_json Recording::state() const {
           {"problem", problem_}};
 }
 
-void Recording::run(std::filesystem::path file) {
+void Recording::run(const std::filesystem::path& file) {
   std::string problem;
   try {
     std::filesystem::create_directories(file.parent_path());

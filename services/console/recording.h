@@ -46,7 +46,7 @@ class Recording {
     std::string text;
   };
 
-  void run(std::filesystem::path file);
+  void run(const std::filesystem::path& file);
   void record(const std::filesystem::path& file);
 
   const std::string prefix_;

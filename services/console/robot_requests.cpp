@@ -196,7 +196,8 @@ void RobotRequests::publishValues(const std::vector<Parameter>& changed) {
   if (changed.empty())
     return;
   const std::lock_guard lock(mutex_);
-  for (const auto& [key, watcher] : watchers_) {
+  for (const auto& entry : watchers_) {
+    const auto& watcher = entry.second;
     std::vector<Parameter> wanted;
     std::copy_if(changed.begin(), changed.end(), std::back_inserter(wanted),
                  [&](const Parameter& p) { return watcher.all || watcher.names.contains(p.name); });

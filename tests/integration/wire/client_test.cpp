@@ -130,11 +130,11 @@ TEST(Lease, IsKeptWhileTheSnapshotIsLocked) {
   deployment.budgets.lease = 0.1;
   Client client(deployment, countingInto(received), Client::Receives::kAnyRobot);
   client.acquireLease();
-  const auto keepsArrive = [&](const Snapshot&) {
+  const auto keeps_arrive = [&](const Snapshot&) {
     const int before = control.keeps().get();
     return control.keeps().waitUntil([before](int n) { return n >= before + 5; });
   };
-  EXPECT_TRUE(client.waitFor(0.0, keepsArrive));
+  EXPECT_TRUE(client.waitFor(0.0, keeps_arrive));
 }
 
 // The pausing client may have left before its own identity arrived.
