@@ -62,6 +62,11 @@ say <<'END'
 The HAL resets and configures the drives, and reads back every value:
 END
 up handheld
+# The drives boot meanwhile.
+for ((k = 0; k < 300; ++k)); do
+  tandem can monitor handheld --once | grep -q booting || break
+  sleep 0.2
+done
 run -v 'tandem can monitor handheld --once'
 
 say <<'END'
