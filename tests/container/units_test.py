@@ -53,7 +53,7 @@ def realtime(priority):
 OWN = {
     "discovery": unit(256, -900, "10s"),
     "hal": unit(1536, -900, "2s", **realtime(30), CapabilityBoundingSet="cap_net_admin", AmbientCapabilities="cap_net_admin",
-                RestrictAddressFamilies="AF_CAN AF_INET AF_NETLINK AF_UNIX"),
+                RestrictAddressFamilies="AF_CAN AF_INET AF_NETLINK AF_UNIX", StateDirectory="tandem"),
     "sim": unit(1536, -900, "2s", **realtime(30)),
     "control": unit(2048, -900, "2s", **realtime(20)),
     "planning": unit(1024, -900, "10s", **realtime(10)),
