@@ -4,7 +4,9 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <chrono>
 #include <exception>
+#include <thread>
 
 #include "services/runtime/identity.h"
 #include "services/runtime/log.h"
@@ -27,6 +29,9 @@ Diagnostics::~Diagnostics() {
   removeLogSink(log_);
   const std::string reason = std::uncaught_exceptions() > 0 ? "an error; see its log" : reasonOfStop();
   write(monotonicNow(), Level::kStale, kEnded + (reason.empty() ? "it is done" : reason), {});
+  // The sample lies in shared memory of this process, which ends with its participant: readers have to take it before.
+  constexpr auto kTaken = std::chrono::milliseconds(100);
+  std::this_thread::sleep_for(kTaken);
 }
 
 void Diagnostics::write(std::int64_t instant, Level level, const std::string& message, Details values) {
