@@ -41,6 +41,7 @@ class SweepRecorder {
     const std::scoped_lock lock(mutex_);
     index_ = index;
     samples_.clear();
+    known_ = false;
     on_ = true;
   }
   std::vector<hal::SweepSample> end() {
