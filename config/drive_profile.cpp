@@ -27,15 +27,18 @@ struct NumberType {
 };
 NumberType typeOf(const std::string& word) { return {std::stoi(word.substr(1)) / 8, word.front() == 'i'}; }
 
+/// The address of an object of a drive.
+Field objectField(const std::string& name, const std::string& description) {
+  return text(name, description).matching("^[0-9A-Fa-f]{4}:[0-9A-Fa-f]{1,2}$", "INDEX:SUB, hexadecimal").orInteger();
+}
+
 const Mapping& sdoTable() {
   static const Mapping table{
       "sdo_write",
       "One value that the HAL writes to a drive at boot, before everything that it writes by itself.",
       {
-          text("object", "object of the drive; not one that commands it, or that the HAL's communication needs")
-              .required()
-              .matching("^[0-9A-Fa-f]{4}:[0-9A-Fa-f]{1,2}$", "INDEX:SUB, hexadecimal")
-              .orInteger(),
+          objectField("object", "object of the drive; not one that commands it, or that the HAL's communication needs")
+              .required(),
           text("type", "type of the number").oneOf({"u8", "u16", "u32", "i8", "i16", "i32"}).required(),
           text("value", "the number")
               .required()
@@ -55,8 +58,7 @@ const Mapping& sdoTable() {
 SdoWrite readWrite(const Map& map) {
   auto write = map.read<SdoWrite>();
   const std::string object = map.text("object"), value = map.text("value");
-  write.index = static_cast<std::uint16_t>(std::stoul(object.substr(0, 4), nullptr, 16));
-  write.sub = static_cast<std::uint8_t>(std::stoul(object.substr(5), nullptr, 16));
+  readObject(map, "object", write.index, write.sub);
   const NumberType type = typeOf(map.text("type"));
   write.size = type.size;
   write.value = std::stoll(value, nullptr, value.starts_with("0x") ? 16 : 10);
@@ -117,10 +119,7 @@ std::vector<Field> modelFields() {
            &AxisConfig::reports_following),
       number("sdo_timeout", kTime, "longest time for an answer to an SDO request", &AxisConfig::sdo_timeout)
           .within(0.02, 10.0),
-      text("temperature_object", "object with a temperature, signed")
-          .matching("^[0-9A-Fa-f]{4}:[0-9A-Fa-f]{1,2}$", "INDEX:SUB, hexadecimal")
-          .orInteger()
-          .defaultNote("none"),
+      objectField("temperature_object", "object with a temperature, signed").defaultNote("none"),
       positive("temperature_scale", kNone, "degrees Celsius per unit of the temperature object",
                &AxisConfig::temperature_scale),
       sdoField("values written to these drives at boot, in this order"),
@@ -130,6 +129,14 @@ std::vector<Field> modelFields() {
   for (const Field& field : identityFields<AxisConfig>())
     fields.push_back(field);
   return fields;
+}
+
+void readObject(const Map& map, const std::string& name, std::uint16_t& index, std::uint8_t& sub) {
+  if (!map.has(name))
+    return;
+  const std::string object = map.text(name);
+  index = static_cast<std::uint16_t>(std::stoul(object.substr(0, 4), nullptr, 16));
+  sub = static_cast<std::uint8_t>(std::stoul(object.substr(5), nullptr, 16));
 }
 
 Field sdoField(const std::string& description) {
@@ -175,19 +182,28 @@ const Mapping& driveTable() {
   return table;
 }
 
-DriveProfile loadDriveProfile(const std::filesystem::path& file) {
-  Document document(file.string(), readFile(file));
-  const Map map = document.check(driveTable());
+namespace {
+
+/// The profile in a checked document.
+DriveProfile profileOf(const Map& map) {
   auto profile = map.read<DriveProfile>();
   const Map model = map.map("drive");
   AxisConfig axis;
   model.read(axis);
   profile.units = axis.units;
   profile.sdo = readSdo(model);
-  for (const char* number : {"vendor", "product", "revision"})
-    model.unsigned32(number);
-  if (model.has("temperature_object"))
-    model.text("temperature_object");
+  return profile;
+}
+
+}  // namespace
+
+DriveProfile loadDriveProfile(const std::filesystem::path& file) {
+  Document document(file.string(), readFile(file));
+  const Map map = document.check(driveTable());
+  DriveProfile profile = profileOf(map);
+  std::uint16_t index = 0;
+  std::uint8_t sub = 0;
+  readObject(map.map("drive"), "temperature_object", index, sub);
   document.finish();
   return profile;
 }
@@ -248,10 +264,11 @@ bool completeDrives(const Map& hardware, const std::filesystem::path& file) {
       if (!drive.has("profile"))
         continue;
       const std::filesystem::path of = companionPath(drive, "profile", file, "drive");
-      const DriveProfile profile = loadDriveProfile(of);
-      drive.indexAmong("mode", profile.modes, join(profile.modes, " or ") + ": " + profile.model + " has no other");
       Document document(of.string(), readFile(of));
-      group.complete("drive", document.check(driveTable()).map("drive"));
+      const Map map = document.check(driveTable());
+      const DriveProfile profile = profileOf(map);
+      drive.indexAmong("mode", profile.modes, join(profile.modes, " or ") + ": " + profile.model + " has no other");
+      group.complete("drive", map.map("drive"));
       completed = true;
     }
   }

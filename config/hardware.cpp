@@ -42,11 +42,7 @@ Group readGroup(const Map& map, bool translation) {
   axis.torque = readTorqueLimit(drive);
   axis.sdo = readSdo(drive);
   readReference(drive, axis);
-  if (drive.has("temperature_object")) {
-    const std::string object = drive.text("temperature_object");
-    axis.temperature_index = static_cast<std::uint16_t>(std::stoul(object.substr(0, 4), nullptr, 16));
-    axis.temperature_sub = static_cast<std::uint8_t>(std::stoul(object.substr(5), nullptr, 16));
-  }
+  readObject(drive, "temperature_object", axis.temperature_index, axis.temperature_sub);
   if (map.has("encoder")) {
     group.encoder.emplace().gearing.travel_per_revolution = kTurn;
     map.map("encoder").read(*group.encoder);

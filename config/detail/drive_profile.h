@@ -12,6 +12,8 @@ namespace tandem::config {
 
 /// Fields of `drive` that belong to a model of drive rather than to an axis: units, identity, answers, `sdo`.
 std::vector<Field> modelFields();
+/// Reads the address of an object, INDEX:SUB; both keep their values if the key is absent.
+void readObject(const Map& map, const std::string& name, std::uint16_t& index, std::uint8_t& sub);
 /// Field `sdo`: what is written to a drive at boot, for a drive profile, the drives of a group, or one axis.
 Field sdoField(const std::string& description);
 /// Reads `sdo` of a mapping. @throw Error for an object that a hardware file may not write, or a value beyond its type.
