@@ -72,12 +72,7 @@ TEST(EncoderReading, AFileThatDoesNotSayItStopsTheArm) {
   HardwareConfig silent = system.config;
   for (AxisConfig& axis : silent.axes)
     axis.encoder->range = 0.0;
-  std::vector<can::Bus*> buses;
-  for (auto& wire : system.wires)
-    buses.push_back(&wire->master);
-  RobotOptions options;
-  options.control_period = System::kControlPeriod;
-  system.robot = std::make_unique<RobotHardware>(silent, buses, options);
+  system.replaceHal(silent);
   ASSERT_TRUE(system.boot());
   ASSERT_TRUE(system.enable());
   system.move(0, speeds(-4e-3, -0.5));

@@ -35,12 +35,7 @@ HardwareConfig lenient(DriveMode mode) {
 /// A HAL with this hardware file at drives that are as `right` says.
 std::unique_ptr<System> systemWith(const HardwareConfig& right, const HardwareConfig& file) {
   auto system = std::make_unique<System>(right);
-  std::vector<can::Bus*> buses;
-  for (auto& wire : system->wires)
-    buses.push_back(&wire->master);
-  RobotOptions options;
-  options.control_period = System::kControlPeriod;
-  system->robot = std::make_unique<RobotHardware>(file, buses, options);
+  system->replaceHal(file);
   return system;
 }
 

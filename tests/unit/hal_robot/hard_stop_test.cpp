@@ -24,15 +24,6 @@ HardwareConfig stopHardware(DriveMode mode = DriveMode::kCyclicPosition) {
   return config;
 }
 
-ArmHardware::HomingAnswer pushArm(System& system) {
-  ArmHardware::HomingAnswer answer = system.robot->home(0, system.now);
-  for (int i = 0; i < 300 && answer == ArmHardware::HomingAnswer::kRunning; ++i) {
-    system.run(0.1);
-    answer = system.robot->home(0, system.now);
-  }
-  return answer;
-}
-
 /// Counts beyond the stop, and the drive's torque limit.
 struct Contact {
   double deepest = 0.0;
@@ -55,7 +46,7 @@ TEST_P(HardStop, IsFoundWithABoundedTravelAfterContact) {
     for (int j = 0; j < 3; ++j)
       contacts[j].watch(system, j);
   };
-  ASSERT_EQ(pushArm(system), ArmHardware::HomingAnswer::kDone) << system.story();
+  ASSERT_EQ(homeArm(system, 300), ArmHardware::HomingAnswer::kDone) << system.story();
   for (int j = 0; j < 3; ++j) {
     SCOPED_TRACE(j);
     const AxisConfig& axis = system.config.axes[static_cast<std::size_t>(j)];
@@ -96,7 +87,7 @@ TEST(HardStops, AMissingStopEndsTheRunAfterTheRangeOfTheAxis) {
   System system(stopHardware(), 0.0, kind);
   system.boot();
   const double before = system.drive(0, 0).motor().position();
-  EXPECT_EQ(pushArm(system), ArmHardware::HomingAnswer::kNotDisabled);
+  EXPECT_EQ(homeArm(system, 300), ArmHardware::HomingAnswer::kNotDisabled);
   EXPECT_GT(system.guardCount(HardwareGuard::kHoming), 0u) << system.story();
   EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
   EXPECT_EQ(system.robot->arm(0).power(), ArmPower::kOff);

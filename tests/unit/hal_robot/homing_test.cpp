@@ -97,22 +97,12 @@ HardwareConfig rotationsThatHome(int method) {
   return config;
 }
 
-/// Repeats the request until the run has ended.
-ArmHardware::HomingAnswer homeArm(System& system) {
-  ArmHardware::HomingAnswer answer = system.robot->home(0, system.now);
-  for (int i = 0; i < 1000 && answer == ArmHardware::HomingAnswer::kRunning; ++i) {
-    system.run(0.1);
-    answer = system.robot->home(0, system.now);
-  }
-  return answer;
-}
-
 class HomingMethod : public testing::TestWithParam<int> {};
 
 TEST_P(HomingMethod, EndsWithAKnownPositionAndTheArmCanBeEnabled) {
   System system(rotationsThatHome(GetParam()));
   EXPECT_FALSE(system.boot());
-  ASSERT_EQ(homeArm(system), ArmHardware::HomingAnswer::kDone) << system.story();
+  ASSERT_EQ(homeArm(system, 1000), ArmHardware::HomingAnswer::kDone) << system.story();
   for (int j = 3; j < 6; ++j) {
     EXPECT_NEAR(system.robot->position(0)[j], carriage(system, j), 2e-3) << "joint " << j;
     EXPECT_NEAR(carriage(system, j), 0.3 * j, 0.1) << "the motor stands near its reference";
@@ -139,7 +129,7 @@ TEST(Homing, AMissingSwitchIsAFaultAndNothingMoves) {
     System system(rotationsThatHome(method), 0.0, kind);
     system.boot();
     const double before = carriage(system, 3);
-    EXPECT_EQ(homeArm(system), ArmHardware::HomingAnswer::kNotDisabled);
+    EXPECT_EQ(homeArm(system, 1000), ArmHardware::HomingAnswer::kNotDisabled);
     EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
     EXPECT_EQ(system.guardCount(HardwareGuard::kHoming), 3u) << system.story();
     EXPECT_FALSE(system.robot->arm(0).homed());

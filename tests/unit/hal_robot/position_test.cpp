@@ -38,12 +38,7 @@ class Restartable : public System {
     hal_alive = false;
     run(1.0);
     turnJoints();
-    std::vector<can::Bus*> buses;
-    for (auto& wire : wires)
-      buses.push_back(&wire->master);
-    RobotOptions options;
-    options.control_period = kControlPeriod;
-    robot = std::make_unique<RobotHardware>(config, buses, options);
+    replaceHal(config);
     stored = readPositions(file_, config);
     for (std::size_t i = 0; i < stored.axes.size(); ++i)
       robot->restorePosition(i, stored.axes[i].state, stored.axes[i].position);

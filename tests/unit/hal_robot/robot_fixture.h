@@ -119,15 +119,20 @@ class System {
                   double emergency_reports = 0.0,
                   const DriveKind& kind = {})
       : config(hardware) {
-    std::vector<can::Bus*> buses;
-    for (int b = 0; b < static_cast<int>(config.buses.size()); ++b) {
+    for (int b = 0; b < static_cast<int>(config.buses.size()); ++b)
       wires.push_back(std::make_unique<Wire>(config, b, now, kind));
-      buses.push_back(&wires.back()->master);
-    }
+    replaceHal(config, emergency_reports);
+  }
+
+  /// A new HAL, by another hardware file perhaps, at the same drives.
+  void replaceHal(const HardwareConfig& file, double emergency_reports = 0.0) {
+    std::vector<can::Bus*> buses;
+    for (auto& wire : wires)
+      buses.push_back(&wire->master);
     RobotOptions options;
     options.control_period = kControlPeriod;
     options.emergency_reports = emergency_reports;
-    robot = std::make_unique<RobotHardware>(config, buses, options);
+    robot = std::make_unique<RobotHardware>(file, buses, options);
   }
 
   /// One period of the bus: drives every millisecond, the HAL at the end, commands every control period.
@@ -265,5 +270,15 @@ class System {
   HardwareEvent event;
   std::function<void()> after_period;
 };
+
+/// Repeats the request to home arm A until its run has ended, at most so many times.
+inline ArmHardware::HomingAnswer homeArm(System& system, int most) {
+  ArmHardware::HomingAnswer answer = system.robot->home(0, system.now);
+  for (int i = 0; i < most && answer == ArmHardware::HomingAnswer::kRunning; ++i) {
+    system.run(0.1);
+    answer = system.robot->home(0, system.now);
+  }
+  return answer;
+}
 
 }  // namespace tandem::hal::test
