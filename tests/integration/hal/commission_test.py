@@ -43,12 +43,15 @@ class Commission(HalTest):
         self.assertAlmostEqual(axis["travel"], 1.0, delta=0.5)  # a late command moves the joint longer
         self.assertAlmostEqual(axis["backlash"], PLAY_MM, delta=0.01)
         self.assertAlmostEqual(axis["encoder_ratio"], 1.0, delta=0.01)
-        self.assertGreater(axis["following_max"], 0.0)
         self.assertEqual(running.states(), ["DISABLED", "DISABLED"])
         self.assertLess(max(abs(a - b) for a, b in zip(running.joints()[0], start[0])), 1e-3, "near where it was")
         rows = list(csv.DictReader((self.folder / "found" / "arm_a_beta_3.csv").open(encoding="utf-8")))
         self.assertGreater(len(rows), 20)
         self.assertEqual(list(rows[0])[1], "setpoint_mm")
+        # On a quiet host a simulated drive stays between its last targets, which is no following error.
+        errors = [abs(float(row["following_error_mm"])) for row in rows]
+        self.assertLess(min(abs(axis["following_max"] - error) for error in errors), 1e-6)
+        self.assertLessEqual(axis["following_max"], max(errors) + 1e-6)
 
         # A joint that goes the wrong way.
         answer = self.commission(running, ["x\n", "n\n"], *quick, "--joint", "alpha_1", "--figure", self.folder / "sweep.png")
