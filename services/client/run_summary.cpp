@@ -60,6 +60,12 @@ nlohmann::ordered_json summaryJson(const dds::RunSummary& summary, const config:
   return json;
 }
 
+bool summaryIsDue(const Snapshot& snapshot) {
+  const auto phase = static_cast<planning::Phase>(snapshot.reference.phase);
+  return (phase == planning::Phase::kFinished || phase == planning::Phase::kFailed) &&
+         (snapshot.summaries == 0 || snapshot.summary.trajectory_id != snapshot.reference.trajectory_id);
+}
+
 std::string describeEnd(const nlohmann::ordered_json& summary) {
   const auto reason = summary["reason"].get<std::string>();
   return summary["name"].get<std::string>() + ' ' + summary["phase"].get<std::string>() +

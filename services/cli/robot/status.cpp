@@ -259,7 +259,9 @@ int run(const std::string& name, double wait, bool as_json, bool follow) {
   const bool several = deployment.hosts.size() > 1;
   const Tips tips(client, robot);
   client.connect(wait);
-  client.waitFor(2.0, [&](const client::Snapshot& s) { return s.hals > 0 && s.clearance_count > 0 && tips.all(); });
+  client.waitFor(2.0, [&](const client::Snapshot& s) {
+    return s.hals > 0 && s.clearance_count > 0 && tips.all() && !client::summaryIsDue(s);
+  });
   if (!follow) {
     if (several)
       askAll(client);

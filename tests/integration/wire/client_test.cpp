@@ -7,7 +7,9 @@
 #include <atomic>
 
 #include "config/config.h"
+#include "planning/follower.h"
 #include "services/client/arguments.h"
+#include "services/client/run_summary.h"
 #include "support.h"
 
 namespace tandem::client {
@@ -155,6 +157,35 @@ TEST(Pauser, IsNamedByControl) {
                                  statuses.write(status);
                                  diagnostics.write(array);
                                }));
+}
+
+// The summary of a run may be received after the reference that shows its end: somebody who reports the run waits for
+// it, and takes none of an earlier run.
+TEST(Summary, IsDueFromTheEndOfItsRunUntilItIsReceived) {
+  dds::Bus bus(dds::testOptions());
+  auto references = bus.writer(dds::kPlanningReference);
+  auto summaries = bus.writer(dds::kPlanningSummary);
+  const Client client(testDeployment(), {}, Client::Receives::kAnyRobot);
+  dds::PlanningReference reference;
+  reference.trajectory_id = 2;
+  dds::RunSummary summary;
+  const auto expect_due = [&](planning::Phase phase, bool due) {
+    reference.phase = static_cast<std::uint8_t>(phase);
+    EXPECT_TRUE(dds::repeatUntil(
+        [&] {
+          const Snapshot s = client.snapshot();
+          return s.reference.phase == reference.phase && summaryIsDue(s) == due;
+        },
+        [&] { references.write(reference); }));
+  };
+  expect_due(planning::Phase::kRunning, false);
+  expect_due(planning::Phase::kFailed, true);
+  expect_due(planning::Phase::kFinished, true);
+  summary.trajectory_id = 1;
+  EXPECT_TRUE(dds::repeatUntil([&] { return client.snapshot().summaries > 0; }, [&] { summaries.write(summary); }));
+  expect_due(planning::Phase::kFailed, true);
+  summary.trajectory_id = 2;
+  EXPECT_TRUE(dds::repeatUntil([&] { return !summaryIsDue(client.snapshot()); }, [&] { summaries.write(summary); }));
 }
 
 }  // namespace
