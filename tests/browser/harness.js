@@ -189,10 +189,12 @@ class Operator {
   async state(selector, value) {
     await this.page.waitForSelector(`${selector}[data-state="${value}"]`);
   }
-  async text(selector, pattern) {
+  /** @param timeout ms; without it, that of the page */
+  async text(selector, pattern, timeout) {
     await this.page.waitForFunction(
       ([where, source]) => new RegExp(source).test(document.querySelector(where)?.textContent ?? ""),
       [selector, pattern.source],
+      { timeout },
     );
     return this.page.textContent(selector);
   }
