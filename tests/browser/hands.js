@@ -70,13 +70,16 @@ module.exports = ({ robot, me, enable, shot }) => {
       const before = await page().getAttribute("#handle", "style");
       await page().click('[data-camera="1"]');
       await page().waitForFunction((old) => document.querySelector("#handle").getAttribute("style") !== old, before);
-      const box = await page().locator("#handle").boundingBox();
-      const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
-      await page().mouse.move(x, y);
-      await page().mouse.down();
-      await page().mouse.move(x + 25, y + 15, { steps: 5 });
-      await me().text("#teleop-held", /held: pointer/);
-      await robot().moves("the pointer drags");
+      const drag = async () => {
+        const box = await page().locator("#handle").boundingBox();
+        const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+        await page().mouse.move(x, y);
+        await page().mouse.down();
+        await page().mouse.move(x + 25, y + 15, { steps: 5 });
+        await me().text("#teleop-held", /held: pointer/, kReaction);
+        await robot().moves("the pointer drags");
+      };
+      await holdingOn(drag, () => page().mouse.up());
       const since = monotonic();
       await page().mouse.up();
       await cut("letting the pointer go", since, /ready|released/);
