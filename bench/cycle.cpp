@@ -11,6 +11,7 @@
 #include "bench/step_problems.h"
 #include "control/methods.h"
 #include "kinematics/tube_model.h"
+#include "planning/detail/pose_solvers.h"
 #include "planning/reference_tracker.h"
 
 namespace tandem::bench {
@@ -132,6 +133,47 @@ void timeCycle(benchmark::State& state, int arms, const std::string& model, Meth
   state.counters["failed"] = failed;
 }
 
+/// Inverse kinematics of two arms from a point of a path to the tips ten periods later, as `plan check` does it from
+/// point to point: by steps, or with Ipopt.
+void timePose(benchmark::State& state, const std::string& model, bool by_steps) {
+  constexpr std::size_t kApart = 10;
+  const Robot robot(2, model);
+  const Loop loop = record(robot, 5, kPathLength);
+  const planning::Arms arms{robot.models, robot.limit_pointers};
+  std::vector<planning::PoseProblem> problems;
+  for (std::size_t k = 0; k + kApart < loop.joints.size(); k += by_steps ? 1 : 7) {
+    if (k % kPathLength + kApart >= kPathLength)
+      continue;
+    planning::PoseProblem problem{&arms, {}, loop.joints[k], std::vector<kinematics::Branch>(2), false, false, {}};
+    for (int arm = 0; arm < 2; ++arm) {
+      kinematics::Tip tip;
+      robot.owned[static_cast<std::size_t>(arm)]->tip(loop.joints[k].segment(6 * arm, 6),
+                                                      problem.branches[static_cast<std::size_t>(arm)], tip);
+      kinematics::Branch branch = problem.branches[static_cast<std::size_t>(arm)];
+      robot.owned[static_cast<std::size_t>(arm)]->tip(loop.joints[k + kApart].segment(6 * arm, 6), branch, tip);
+      problem.targets.push_back({arm, tip.pose.translation(), {}});
+    }
+    problems.push_back(problem);
+  }
+  Percentiles percentiles(problems.size());
+  int failed = 0;
+  for (auto _ : state) {
+    double seconds = 0.0;
+    failed = 0;
+    for (std::size_t k = 0; k < problems.size(); ++k) {
+      bool solved = false;
+      seconds += percentiles.time(k, [&] {
+        solved = by_steps ? planning::solveBySteps(problems[k], problems[k].reference).has_value()
+                          : planning::solveByIpopt(problems[k], problems[k].reference, 100, {}).solved;
+      });
+      failed += solved ? 0 : 1;
+    }
+    state.SetIterationTime(seconds / static_cast<double>(problems.size()));
+  }
+  percentiles.report(state);
+  state.counters["failed"] = failed;
+}
+
 /// Tip and Jacobian of an arm with `tubes` tubes, cold start, with overlapping curved parts.
 void timeTubes(benchmark::State& state, int tubes, const std::string& name) {
   const auto model = kinematics::makeArmModel(name, arkArm(tubes));
@@ -167,6 +209,9 @@ void enrollAll() {
         enroll("cycle/" + std::string(control::name(method)) + "/" + model + "/ipopt/warm",
                [=](auto& state) { timeCycle(state, 2, model, method, Backend::kIpopt, true); });
     }
+    for (const bool by_steps : {true, false})
+      enroll("pose/" + model + (by_steps ? "/steps" : "/ipopt"),
+             [=](auto& state) { timePose(state, model, by_steps); });
     for (int arms = 1; arms <= safety::kMaxArms; ++arms)
       enroll("arms/snsqp/" + model + "/active-set/" + std::to_string(arms),
              [=](auto& state) { timeCycle(state, arms, model, Method::kSnsqp, Backend::kActiveSet, true); });

@@ -81,6 +81,13 @@ def cycles(results):
         ["method", "model", "solver", "start", *TIMES, "failed", "Ipopt / this"], rows
 
 
+def poses(results):
+    runs = results.runs("bench_cycle", "pose")
+    peers = {parts[1]: run for parts, run in runs if parts[2] == "ipopt"}
+    rows = [[*parts[1:], *timed(run, 1), ratio(peers.get(parts[1]), run)] for parts, run in runs]
+    return "Inverse kinematics of two arms, from point to point of a path", ["model", "solver", *TIMES, "failed", "Ipopt / this"], rows
+
+
 def scaling(results):
     runs = results.runs("bench_cycle", "arms", "tubes")
     first = {}
@@ -152,7 +159,7 @@ def instructions(results):
         [[name, str(count)] for name, count in results.files.get("instructions", {}).items()]
 
 
-SECTIONS = (kinematics, cooperative, steps, cycles, scaling, hal, trips, batches, simulation, methods, montecarlo, stops, instructions)
+SECTIONS = (kinematics, cooperative, steps, cycles, poses, scaling, hal, trips, batches, simulation, methods, montecarlo, stops, instructions)
 
 
 def show(title, heads, rows, markdown):

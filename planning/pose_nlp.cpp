@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "planning/detail/cancellable_nlp.h"
-#include "planning/pose_problem.h"
+#include "planning/detail/pose_solvers.h"
 
 namespace tandem::planning {
 namespace {
@@ -177,10 +177,10 @@ class PoseNlp final : public CancellableNlp {
 
 }  // namespace
 
-PoseSolution solve(const PoseProblem& problem,
-                   const safety::RobotVector& start,
-                   int max_iterations,
-                   const std::function<bool()>& cancelled) {
+PoseSolution solveByIpopt(const PoseProblem& problem,
+                          const safety::RobotVector& start,
+                          int max_iterations,
+                          const std::function<bool()>& cancelled) {
   PoseSolution solution;
   solution.q = start;
   const Ipopt::SmartPtr<PoseNlp> nlp = new PoseNlp(problem, start, cancelled, solution);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Optimisation problems of inverse kinematics: objective, constraints, solution with Ipopt. */
+/** @file Optimisation problems of inverse kinematics: objective, constraints, solution. */
 #pragma once
 
 #include <functional>
@@ -101,7 +101,7 @@ Eigen::MatrixXd curvature(const PoseProblem& problem,
                           const Eigen::VectorXd& multipliers);
 
 struct PoseSolution {
-  bool solved = false;     ///< Ipopt reached its tolerances
+  bool solved = false;     ///< the tolerances are reached
   bool cancelled = false;  ///< requested by the caller
   bool iteration_limit = false;
   safety::RobotVector q;
@@ -110,7 +110,7 @@ struct PoseSolution {
   int iterations = 0;
 };
 
-/// Solves from `start`, which must be inside the limits.
+/// Solves from `start`, which must be inside the limits: by steps where that converges, otherwise with Ipopt.
 PoseSolution solve(const PoseProblem& problem,
                    const safety::RobotVector& start,
                    int max_iterations,

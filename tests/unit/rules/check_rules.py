@@ -133,10 +133,10 @@ def check_includes(path, lines):
 
 
 def check_details(path, lines):
-    """Includes of `detail` headers, which are not installed, outside their folder, as (line number, text)."""
+    """Includes of `detail` headers, which are not installed, outside their folder, the tests and the benchmarks, as (line number, text)."""
     for number, line in enumerate(lines, 1):
         target = INCLUDE.match(line).group(2) if INCLUDE.match(line) else ""
-        if "/detail/" not in target or within(path, ["tests"]):
+        if "/detail/" not in target or within(path, ["tests", "bench"]):
             continue
         if own_folder(target) != own_folder(path):
             yield number, f"includes {target}: it is internal to {own_folder(target)}"
