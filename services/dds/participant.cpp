@@ -203,15 +203,17 @@ void applyContract(const Contract& contract, bool limited, Qos& qos) {
   }
 }
 
+constexpr int kReserved = 64;  ///< most samples for which a history has memory before the first one
+
 template <class Qos>
-void applyHistory(int depth, bool plain, Qos& qos) {
+void applyHistory(int depth, int reserved, bool plain, Qos& qos) {
   qos.history().kind = fast::KEEP_LAST_HISTORY_QOS;
   qos.history().depth = depth;
   auto& limits = qos.resource_limits();
   limits.max_instances = 1;
   limits.max_samples = depth;
   limits.max_samples_per_instance = depth;
-  limits.allocated_samples = std::min(depth, 64);
+  limits.allocated_samples = reserved;
   qos.endpoint().history_memory_policy =
       plain ? rtps::PREALLOCATED_MEMORY_MODE : rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   // Off: a 2.9.1 reader that joins during a write can abort its process (race condition at an assertion in ReaderPool),
@@ -339,7 +341,7 @@ fast::DataWriterQos writerQos(Profile profile, const BusOptions& options, bool p
   applyContract(contract, true, qos);
   const bool stream = profile == Profile::kPeriodic || profile == Profile::kCommand;
   const int depth = contract.latched ? 1 : stream && options.deterministic ? 4096 : 64;
-  applyHistory(depth, plain, qos);
+  applyHistory(depth, std::min(depth, kReserved), plain, qos);
   qos.publish_mode().kind = fast::SYNCHRONOUS_PUBLISH_MODE;
   // A lost sample is requested again within milliseconds, not seconds.
   auto& times = qos.reliable_writer_qos().times;
@@ -356,10 +358,12 @@ fast::DataReaderQos readerQos(Profile profile, const BusOptions& options, const 
   applyContract(contract, reader.depth == 0, qos);
   const bool stream = profile == Profile::kPeriodic || profile == Profile::kCommand;
   int depth = contract.latched ? 1 : !stream ? 10 : options.deterministic ? 4096 : 1;
-  if (reader.depth > 0) {
+  int reserved = std::min(depth, kReserved);
+  if (reader.depth > 0) {  // a deep history is seldom filled, and nothing periodic depends on it
     depth = reader.depth;
+    reserved = 1;
   }
-  applyHistory(depth, plain, qos);
+  applyHistory(depth, reserved, plain, qos);
   auto& times = qos.reliable_reader_qos().times;
   times.initialAcknackDelay = Duration_t(0, 5'000'000);
   times.heartbeatResponseDelay = Duration_t(0, 1'000'000);

@@ -2,6 +2,8 @@
 // Topics as bytes together with topics as messages, over loopback.
 #include "services/dds/raw.h"
 
+#include <malloc.h>
+
 #include <stdexcept>
 
 #include "pattern.h"
@@ -49,6 +51,21 @@ TEST(RawTopics, BytesAreThoseOfTheMessagesInOrder) {
     EXPECT_EQ(all.samples[i].writer, all.samples[0].writer);
     EXPECT_GT(all.samples[i].source_time, 1'600'000'000'000'000'000);
   }
+}
+
+/// A recorder has a reader of each topic with a history of a thousand samples, nearly all of them empty.
+TEST(RawTopics, ADeepHistoryReservesLittleMemory) {
+  constexpr std::size_t kReaders = 20, kMost = 64 * 1024;  // bytes of each
+  Bus raw(testOptions());
+  const auto inUse = [] {
+    const auto info = mallinfo2();
+    return info.uordblks + info.hblkhd;
+  };
+  const std::size_t before = inUse();
+  std::vector<Reader> readers;
+  while (readers.size() < kReaders)
+    readers.push_back(rawReader(raw, infoOf("diagnostics"), [](const RawSample&) {}, {.depth = 1000}));
+  EXPECT_LT((inUse() - before) / kReaders, kMost);
 }
 
 TEST(RawTopics, WrittenBytesAreMessagesToOthers) {
