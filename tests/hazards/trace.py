@@ -2,8 +2,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Hazards against the tests that show their controls.
 
-  trace.py --results FILE...   holds hazards.yaml against JUnit files of ctest: a hazard without a passing test, or with one
-                               that failed or did not run, is named, and the exit code is 1
+  trace.py --results FILE...   compares hazards.yaml with JUnit files of ctest: names each hazard without a passing test, or with
+                               one that failed or did not run; the exit code is then 1
   trace.py --names FILE        only whether each pattern names a test; FILE has one name a line
   trace.py --write PAGE        writes the page for people
   trace.py --check PAGE        whether the page is the one that would be written"""
@@ -78,14 +78,14 @@ def page(hazards):
         "<!-- Written by tests/hazards/trace.py --write from tests/hazards/hazards.yaml. -->",
         "",
         "> **Not for clinical use.** This list serves those who develop the software and those who build research robots with it. It",
-        "> is no risk management file: it knows no patient, no intended use and no hardware.",
+        "> is not a risk management file: it considers no patient, no intended use and no particular hardware.",
         "",
-        "What can go wrong in the software and at its edges, what is done about it, and the tests that show it. After every complete run",
-        "of `deploy/test.sh` each hazard is held against the results: one whose tests did not all run and pass fails the run.",
-        "Severity is the harm that is thinkable if such a robot were used on people, from 1 (nuisance) to 5 (death or lasting harm).",
+        "Hazards of the software and its interfaces, their risk controls, and the tests that show the controls. A complete run of",
+        "`deploy/test.sh` fails if a test of this list did not run or did not pass.",
+        "Severity is the conceivable harm if such a robot were used on people, from 1 (nuisance) to 5 (death or lasting harm).",
         "Budgets and reactions, fault by fault, are in [safety.md](safety.md).",
         "",
-        "Mutants are changes of the code that break the control, and that these tests notice: [mutants.md](mutants.md).",
+        "The last column counts mutants: changes of the code that break the control and make a test fail ([mutants.md](mutants.md)).",
         "",
         "| id | hazard | cause | severity | control | shown by | mutants |",
         "|---|---|---|---|---|---|---|",
