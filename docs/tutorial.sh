@@ -25,30 +25,33 @@ say <<'END'
 END
 run 'tandem new robot bench --arms 1'
 say <<'END'
-Write the data of your tubes into it with an editor. Here the arm gets the name `left` and a first tube that is longer and more curved, and by
-mistake a decimal comma:
+Write the data of your tubes into it with an editor. Here the arm gets the name `left`, and its first tube a curved part that is longer and more curved, with
+a decimal comma by mistake:
 END
 run "sed -i 's/arm_a/left/; s/straight_length_mm: 413, curved_length_mm: 50, curvature_per_m: 10/straight_length_mm: 400, curved_length_mm: 60, curvature_per_m: 12,5/' bench.yaml"
 run -x 2 'tandem validate bench.yaml'
 run "sed -i 's/12,5/12.5/' bench.yaml && tandem validate bench.yaml"
 say <<'END'
-`tandem fk` computes the tip's pose from three translations (m) and three rotations (rad), `tandem workspace` the volume that the tip reaches:
+`tandem fk` computes the tip's pose from three translations (m) and three rotations (rad). `tandem workspace` computes the volume that the tip reaches. The rotations
+of this arm have no limits, so the volume is a solid of revolution. Its two percentages estimate the error of the volume: its change with half of the samples, and with
+voxels of twice the size:
 END
 run 'echo -0.16,-0.11,-0.06,3.1416,1.5708,0.7854 | tandem fk --robot bench.yaml'
 run 'tandem workspace --robot bench.yaml --samples 32768 --figures workspace --width 1 2>/dev/null'
 cp workspace/workspace-section.png workspace.png
-picture workspace 'Where the tip reaches: distance from the axis over depth'
+picture workspace 'Workspace of the tip: distance from the axis over depth'
 
 say <<'END'
 ## 2. The task
 
-A trajectory is a shape and a list of tasks. The only task here is that the tip of `left` follows an eight:
+A trajectory is a shape and a list of tasks. The only task here is that the tip of `left` follows a figure of eight:
 END
 run 'tandem new trajectory eight --arms 1'
 run "sed -i 's/tip: a/tip: left/; s/circle: .*/lissajous: {amplitude_mm: [10, 5, 0], cycles: [1, 2, 0]}/; s/^speed_mm_per_s: 2/speed_mm_per_s: 4/' eight.yaml"
 run 'tandem validate eight.yaml'
 say <<'END'
-`tandem plan check` computes whether the robot reaches every point, and simulates the method on it. It needs no running system:
+`tandem plan check` computes whether the robot reaches every point. Then it simulates the control method on the trajectory (a *rehearsal*), with and without the joints of
+the check as a posture, i.e. as preferred joints of the lowest priority. An iteration is one control period. The command needs no running system:
 END
 run 'tandem plan check eight.yaml --robot bench.yaml 2>/dev/null'
 say <<'END'
@@ -69,7 +72,8 @@ END
 up lab.yaml
 run -v 'tandem record lab.yaml --output eight.mcap --for 20 >record.log & tandem robot -d lab.yaml run eight.yaml; code=$?; wait; exit $code'
 say <<'END'
-`finished` means that every point was reached within the tolerance. A run that misses points says so and exits with 1, here at 100 mm/s, for stages that move at 5 mm/s:
+`finished` means that every point was reached within the tolerance. A run that misses points reports them and exits with 1. Here the trajectory requires 100 mm/s of stages
+whose limit is 5 mm/s:
 END
 run "sed 's/^name: .*/name: hasty/; s/^speed_mm_per_s: 4/speed_mm_per_s: 100/; s/^acceleration_mm_per_s2: 5/acceleration_mm_per_s2: 500/' eight.yaml >hasty.yaml"
 run -v -x 1 'tandem robot -d lab.yaml run hasty.yaml'
@@ -92,12 +96,15 @@ run 'tandem export eight.mcap --csv tables --topics control/status left/measured
 say <<'END'
 ## 5. The methods
 
-An experiment runs trajectories with several methods; `--offline` computes it in one process, with the same digits in every run:
+An experiment runs trajectories with several methods; `--offline` computes it in one process, with the same digits in every run. In the table, `eps_AB` is the error of the
+relative position (none with one arm), `eps_A` that of the tip, `converged` the points reached, `outside` the iterations after which a joint was outside a limit, and `gate`
+the interventions of the setpoint gate, the last check before the drives:
 END
 run 'tandem new experiment study --arms 1 --robot bench.yaml'
 run "sed -i 's/tip: a/tip: left/' study.yaml && tandem experiment study.yaml -d lab.yaml --offline --figures study --width 1 | sed '/^[0-9]* runs in /d'"
 say <<'END'
-One path proves little. `tandem montecarlo` draws random tasks, here with errors of the tubes' curvature that control does not know, and writes tables for a paper:
+One path proves little. `tandem montecarlo` runs random tasks, here with errors of the tubes' curvature that control's model does not have, and writes tables for a paper
+(`methods.stats.csv`, `methods.stats.tex`). `no reach` are tasks out of reach that were refused or reported as not reached. The last lines compare the methods in pairs ([Monte Carlo](montecarlo.md)):
 END
 run "tandem montecarlo -d lab.yaml --tasks 40 --methods nspwln,nspqp,snsqp,hqp --curvature-error 5% --figure methods.png --width 1 2>/dev/null"
 picture methods 'The methods on forty random tasks'
@@ -113,7 +120,7 @@ run "tandem new trajectory side --from line && sed -i 's/^arm: a/tasks: [{relati
 say <<'END'
 ## 7. The same in Python
 
-The plant of this run has compliant tubes with friction, of which control does not know:
+The plant (the simulated robot) of this run has compliant tubes with friction, which control's model does not have:
 END
 cat >friction.py <<'END'
 import matplotlib.pyplot as plt
