@@ -61,7 +61,7 @@ std::string findArms(planning::TrajectorySpec& trajectory, const Robot& robot) {
     const auto found = name.empty() ? std::optional<std::size_t>(index) : findArm(robot, name);
     if (!found || *found >= names.size())
       return "found arm " + nameOrLetter(name, index) + ", expected " +
-             (names.size() == 1 ? names[0] + ", the only arm; for one arm: tasks: [{tip: " + names[0] + "}]"
+             (names.size() == 1 ? names[0] + ", the only arm of this robot; write tasks: [{tip: " + names[0] + "}]"
                                 : join(names, " or "));
     index = static_cast<int>(*found);
     name = names[*found];

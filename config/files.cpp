@@ -128,8 +128,11 @@ bool isFile(const fs::path& path) {
 }  // namespace
 
 std::string readFile(const fs::path& file) {
+  std::error_code ignored;
   if (!isFile(file))
-    throw Error(file.string(), 0, 0, "", "found no such file, expected a readable YAML file");
+    throw Error(file.string(), 0, 0, "",
+                std::string(fs::is_directory(file, ignored) ? "found a folder" : "found no such file") +
+                    ", expected a readable YAML file");
   std::ifstream stream(file, std::ios::binary);
   if (!stream)
     throw Error(file.string(), 0, 0, "", "found a file that cannot be opened, expected a readable YAML file");
@@ -150,7 +153,10 @@ fs::path findPreset(const std::string& name, const std::string& kind) {
   }
   const std::vector<std::string> known = presetNames(kind);
   const std::string nearest = nearestWord(name, known);
-  throw Error(name, 0, 0, kind,
+  std::string what = kind;
+  for (std::size_t bar = 0; (bar = what.find('|', bar)) != std::string::npos;)
+    what.replace(bar, 1, " or ");
+  throw Error(name, 0, 0, what,
               "found neither a file nor a preset of this name" +
                   (nearest.empty() ? "" : " (did you mean " + nearest + "?)") +
                   ", expected a path or one of: " + listed(known));

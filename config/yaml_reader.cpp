@@ -120,7 +120,7 @@ std::string Document::kind() const {
   const YAML::Node key = root_.begin()->first;
   const YAML::Node value = root_.begin()->second;
   if (!key.IsScalar() || key.Scalar() != kKindKey)
-    refuse(key.Mark(), "the first key " + describeNode(key));
+    refuse(key.Mark(), describeNode(key) + " as the first key");
   for (const std::string& kind : kinds()) {
     if (value.IsScalar() && value.Scalar() == kind + "/1")
       return kind;

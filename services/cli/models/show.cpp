@@ -220,7 +220,7 @@ void addTrajectory(Json& facts, const ShowCommand& options, const std::filesyste
     if (const std::string why = robots::refusal(robot, robots::Capability::kTips); !why.empty())
       throw Failure(kUsage, robot.file.string() + ": " + why);
     if (const std::string wrong = config::findArms(spec, robot); !wrong.empty())
-      throw Failure(kUsage, file.string() + ": " + wrong + ", of " + robot.name);
+      throw Failure(kUsage, file.string() + ": " + wrong + " (robot " + robot.name + ")");
     const Shown shown = showRobot(robot, options.model);
     addRobot(facts, robot, shown);
     start = shown.tips[static_cast<std::size_t>(spec.arm)];

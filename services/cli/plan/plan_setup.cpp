@@ -75,7 +75,7 @@ std::string PlanSetup::trajectory() const {
   const auto file = config::findFile(options_.file, "trajectory");
   planning::TrajectorySpec spec = config::loadTrajectory(file);
   if (const std::string wrong = config::findArms(spec, robot_); !wrong.empty())
-    throw Failure(kUsage, file.string() + ": " + wrong + ", of " + robot_.name);
+    throw Failure(kUsage, file.string() + ": " + wrong + " (robot " + robot_.name + ")");
   return config::formatTrajectory(spec);
 }
 

@@ -83,7 +83,7 @@ class OneArm(system.SystemTest):
         self.assertNotIn("relative", answer.stdout)
         for answer in (robot.robot("run", "circle"), system.run("plan", "check", "circle", "--robot", "timc2024")):
             self.assertNotEqual(answer.returncode, 0)
-            self.assertIn("found arm b, expected a, the only arm; for one arm: tasks: [{tip: a}]", answer.stderr)
+            self.assertIn("found arm b, expected a, the only arm of this robot; write tasks: [{tip: a}]", answer.stderr)
         answer = self.assert_ok(system.run("plan", "check", "-d", robot.path, quick, "--json"))
         self.assertTrue(json.loads(answer.stdout)["feasible"])
         self.assert_ok(robot.robot("enable"))

@@ -291,7 +291,7 @@ TEST(Robot, Refusals) {
        "found the text \"loose\", expected one of coupled, frozen"},
       {"tandem: robot/1", "tandem: robot/2", "robot/2", 0, "tandem", "found the text \"robot/2\", expected robot/1"},
       {"tandem: robot/1", "tandem: experiment/1", "experiment/1", 0, "tandem", "found experiment/1, expected robot/1"},
-      {"tandem: robot/1\n", "", "name: ark2024", 0, "tandem", "found the first key the text \"name\""},
+      {"tandem: robot/1\n", "", "name: ark2024", 0, "tandem", "found the text \"name\" as the first key"},
   };
   for (const Refusal& refusal : refusals) {
     expectRefusal(ark, refusal, load_file);

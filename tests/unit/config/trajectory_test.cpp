@@ -146,7 +146,7 @@ TEST(Trajectory, ArmsAreFoundByNameThenByLetterOrIndex) {
   robot.arms[1].name = "a";
   EXPECT_EQ(found("[{relative: [a, b]}, {tip: a}]"), "1 0") << "a name is looked up before a letter";
   robot.arms.resize(1);
-  EXPECT_EQ(found("[{tip: left}]"), "found arm left, expected b, the only arm; for one arm: tasks: [{tip: b}]");
+  EXPECT_EQ(found("[{tip: left}]"), "found arm left, expected b, the only arm of this robot; write tasks: [{tip: b}]");
 }
 
 TEST(Trajectory, DefaultsAreThoseOfTheStruct) {
