@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "config/key_table.h"
 #include "config/suggestion.h"
 
 namespace tandem::cli {
@@ -13,6 +14,12 @@ bool has(const std::vector<std::string>& names, const std::string& word) {
 }
 
 std::string ask(const std::string& word) { return word.empty() ? "" : "Did you mean `" + word + "`?"; }
+
+/// The nearest known word, or all of them if none is similar.
+std::string meantOrKnown(const std::string& word, const std::vector<std::string>& known) {
+  const std::string nearest = config::nearestWord(word, known);
+  return nearest.empty() ? "Found `" + word + "`, expected one of: " + config::join(known) : ask(nearest);
+}
 
 }  // namespace
 
@@ -52,7 +59,7 @@ std::string suggestion(const CLI::App& app, const std::vector<std::string>& word
     if (has(subcommands, word))
       part = part->get_subcommand(word);
     else if (!value && !word.starts_with("-") && !subcommands.empty())
-      return ask(config::nearestWord(word, subcommands));
+      return meantOrKnown(word, subcommands);
     value = word.starts_with("-");
   }
   return {};

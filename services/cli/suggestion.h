@@ -8,8 +8,9 @@
 
 namespace tandem::cli {
 
-/// "Did you mean `robot`?" for the first word of a command line that is no subcommand where one is required, or for the
-/// first unknown long option; empty if nothing is similar. @param words  without the name of the program
+/// "Did you mean `robot`?" for the first word of a command line that is no subcommand where one is required (all
+/// subcommands if none is similar), or for the first unknown long option (empty if none is similar). @param words
+/// without the name of the program
 std::string suggestion(const CLI::App& app, const std::vector<std::string>& words);
 
 /// Names of an app's subcommands.

@@ -75,7 +75,7 @@ std::size_t findAxis(const hal::HardwareConfig& hardware, const std::string& nam
   std::string names;
   for (const hal::AxisConfig& axis : hardware.axes)
     names += (names.empty() ? "'" : ", '") + axis.name + "'";
-  throw Failure(kUsage, "--axis '" + name + "', expected one of " + names);
+  throw Failure(kUsage, "--axis: found '" + name + "', expected one of " + names);
 }
 
 /// The mode on request, or that of the axis if the sheet supports it, or the first one that it supports.

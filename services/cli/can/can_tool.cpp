@@ -144,7 +144,7 @@ ObjectAddress parseObject(const std::string& text) {
     unsigned value = 0;
     const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), value, 16);
     if (part.empty() || error != std::errc{} || end != part.data() + part.size() || value > most)
-      throw Failure(kUsage, "object '" + text + "', expected INDEX or INDEX:SUB, hexadecimal, e.g. 607D:1");
+      throw Failure(kUsage, "object: found '" + text + "', expected INDEX or INDEX:SUB, hexadecimal, e.g. 607D:1");
     return value;
   };
   ObjectAddress object;
@@ -158,7 +158,7 @@ int parseNode(const std::string& text) {
   int node = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), node);
   if (error != std::errc{} || end != text.data() + text.size() || node < 1 || node > hal::canopen::kMaxNodeId)
-    throw Failure(kUsage, "node '" + text + "', expected 1 to 127");
+    throw Failure(kUsage, "node: found '" + text + "', expected 1 to 127");
   return node;
 }
 

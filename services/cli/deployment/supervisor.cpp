@@ -44,8 +44,9 @@ void Supervisor::start(const config::Deployment& deployment,
                        const std::string& log_level) {
   const auto beside = std::filesystem::read_symlink("/proc/self/exe").parent_path() / process.executable;
   if (access(beside.c_str(), X_OK) != 0) {
-    throw Failure(kUsage, deployment.file.string() + ": process '" + process.name + "': " + beside.string() +
-                              " is not an executable");
+    throw Failure(kUsage, deployment.file.string() + ": processes: " + process.name +
+                              ": executable: found no program " + beside.string() +
+                              ", expected one in the folder of tandem, or an absolute path");
   }
   std::vector<std::string> words{beside.string()};
   if (process.is_service)

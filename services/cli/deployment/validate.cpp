@@ -72,7 +72,7 @@ void registerValidate(CLI::App& app, int& exit_code) {
   auto files = std::make_shared<std::vector<std::string>>();
   auto as_json = std::make_shared<bool>(false);
   CLI::App* validate = app.add_subcommand(
-      "validate", "check robot, cooperative robot, experiment, deployment, trajectory and hardware files");
+      "validate", "check configuration files of every kind: robot, deployment, trajectory, path, hardware ...");
   validate->add_option("files", *files, "files, or names of presets")->required();
   validate->add_flag("--json", *as_json, "JSON instead of text");
   validate->callback(
