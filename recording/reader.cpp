@@ -52,7 +52,7 @@ void forEachRecord(std::string_view records, F&& f) {
 Reader::Reader(const std::filesystem::path& file, Open how) : file_(file), stream_(file, std::ios::binary) {
   std::error_code error;
   if (!stream_ || !std::filesystem::is_regular_file(file, error))
-    throw Error(file.string() + ": cannot be read, or is no file");
+    throw Error(file.string() + ": found no readable file, expected a recording (MCAP)");
   size_ = std::filesystem::file_size(file);
   const std::string magic = bytes(0, std::min<std::uint64_t>(size_, kMagic.size()));
   if (magic != kMagic)

@@ -208,13 +208,14 @@ void Client::connect(double seconds) {
   std::string missing;
   const auto ready = [&](const Snapshot& s) {
     missing.clear();
+    const auto add = [&](const char* process) { missing += (missing.empty() ? " " : ", ") + std::string(process); };
     if (s.states == 0 || !findsDrives())
-      missing += " sim (or hal)";
+      add("sim (or hal)");
     // Receiving each service is not enough: each must also have received from the one before it.
     if (s.statuses == 0 || !clocks_->found("control") || s.status.answers_state == 0)
-      missing += " control";
+      add("control");
     if (s.reference.answers_state == 0 || !clocks_->found("planning") || s.reference.answers_control == 0)
-      missing += " planning";
+      add("planning");
     return missing.empty();
   };
   // Processes of another robot or deployment run, but ignore this client.
@@ -251,7 +252,8 @@ dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, Request& r
   // A matched reader of the requests is not enough: it may be a recorder.
   if (!waitFor(timeout(kAnswerTime), [&](const Snapshot&) { return clocks_->found(who); })) {
     throwIfInterrupted("nothing was requested");
-    throw Failure(kFailure, std::string(who) + " was not found; check that `tandem up` is running");
+    throw Failure(kFailure,
+                  std::string(who) + " was not found; check that `tandem up` is running, with a process `" + who + "`");
   }
   {
     const std::lock_guard lock(mutex_);

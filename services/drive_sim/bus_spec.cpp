@@ -236,8 +236,13 @@ void addStandardNodes(sim::drives::BusSpec& spec) {
 
 void addNodes(const hal::HardwareConfig& hardware, const std::string& bus, sim::drives::BusSpec& spec) {
   const auto found = std::ranges::find(hardware.buses, bus, &hal::BusConfig::name);
-  if (found == hardware.buses.end())
-    throw std::invalid_argument("hardware " + hardware.name + " has no bus '" + bus + "'");
+  if (found == hardware.buses.end()) {
+    std::string names;
+    for (const hal::BusConfig& known : hardware.buses)
+      names += (names.empty() ? "" : ", ") + known.name;
+    throw std::invalid_argument("--hardware-bus: found '" + bus + "', expected a bus of hardware " + hardware.name +
+                                ": " + names);
+  }
   const auto index = static_cast<int>(found - hardware.buses.begin());
   for (const hal::AxisConfig& axis : hardware.axes) {
     if (axis.bus != index)

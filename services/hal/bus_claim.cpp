@@ -23,7 +23,8 @@ std::vector<hal::can::BusLock> lockBuses(const hal::HardwareConfig& hardware) {
 bool waitForSilentBus(HalCore& core, const runtime::StopSignal& stop) {
   constexpr double kRound = 0.01;  // s
   const hal::RobotHardware& robot = core.robot();
-  spdlog::info("listening on {} buses for {} s for another master", robot.busCount(), robot.listeningTime());
+  spdlog::info("listening for another master for {:.1f} s, number of buses: {}", robot.listeningTime(),
+               robot.busCount());
   const std::int64_t end = runtime::monotonicNow() + static_cast<std::int64_t>(1e9 * robot.listeningTime());
   for (std::int64_t now = runtime::monotonicNow(); now < end; now = runtime::monotonicNow()) {
     core.listen(now);

@@ -19,7 +19,8 @@ spdlog::level::level_enum levelFrom(const std::string& option) {
   const auto level = spdlog::level::from_str(text);
   // from_str() returns "off" for unknown levels.
   if (level == spdlog::level::off && text != "off") {
-    throw std::invalid_argument("log level '" + text + "': expected trace, debug, info, warn, error, critical or off");
+    throw std::invalid_argument("--log or TANDEM_LOG: found '" + text +
+                                "', expected trace, debug, info, warn, error, critical or off");
   }
   return level;
 }

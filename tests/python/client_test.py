@@ -202,7 +202,7 @@ class Alone(unittest.TestCase):
         with self.assertRaisesRegex(tandem.ConfigError, "laptop"):
             tandem.Client("nowhere")
         client = tandem.Client(str(self.path))
-        with self.assertRaisesRegex(tandem.ClientError, r"not running or not connected: sim \(or hal\) control planning"):
+        with self.assertRaisesRegex(tandem.ClientError, r"not running or not connected: sim \(or hal\), control, planning"):
             client.connect(timeout=0.3)
         with self.assertRaisesRegex(tandem.ClientError, "do not report standstill"):
             client.stop()
