@@ -16,7 +16,7 @@ struct CsvColumn {
   Quantity quantity;
 };
 
-/** Where the columns of a table are. */
+/** Positions of the columns of a table. */
 struct CsvLayout {
   struct Place {
     std::size_t field;  ///< counts from 0

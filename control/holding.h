@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Limits that keep a stalled robot from its tasks: those active at the least-squares velocity. */
+/** @file Limits that prevent a stalled robot from achieving its tasks: those active at the least-squares velocity. */
 #pragma once
 
 #include <string>

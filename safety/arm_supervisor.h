@@ -29,7 +29,7 @@ struct ArmRequest {
   DriveRequest request = DriveRequest::kKeep;
   JointMask lost = 0;   ///< kRecover: joints that cannot be used, or shall not
   bool unseen = false;  ///< kRecover: who asks cannot have seen the fault that the arm is in
-  bool moving = false;  ///< `motion` counts; otherwise the arm ends the segment under way and holds
+  bool moving = false;  ///< `motion` counts; otherwise the arm completes its segment and holds
   /** The velocity counts: it is integrated here, from the last setpoint that went past the gate. Whoever commands knows
    * that setpoint only as it was a state ago, so its own sum would jump back or ahead by all that was lost or late
    * since. However often commands come, the setpoint is never led ahead of the joints by more than one period of the
@@ -92,7 +92,7 @@ class ArmSupervisor {
   bool recoverRequestConsumed() const noexcept { return recover_consumed_; }
   /// The reference stands still.
   bool standing() const noexcept { return mode_ == Mode::kStanding; }
-  /// Where the joints shall be now, m, rad.
+  /// Present reference of the joints, m, rad.
   const ArmVector& reference() const noexcept { return reference_; }
   /// How fast they shall move now, m/s, rad/s.
   const ArmVector& referenceVelocity() const noexcept { return velocity_; }

@@ -70,7 +70,7 @@ class PlantTips {
   /// Least elastic stability of the arm now: 0 where it snaps, 1 without elastic interaction.
   double stability(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].tip.stability; }
 
-  /// Where an arm is: joints of its model, and the branch of its equilibrium.
+  /// State of an arm: joints of its model, and the branch of its equilibrium.
   struct Configuration {
     safety::ArmVector joints;
     kinematics::Branch branch;

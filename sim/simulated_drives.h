@@ -54,7 +54,7 @@ class SimulatedDrives {
 
   /// Takes a command. False: refused by an integrity guard of the whole stream.
   bool command(const Command& command, std::int64_t now) noexcept;
-  /// Real time: goes on by dt, s, up to `now`.
+  /// Real time: advances by dt, s, to the time `now`.
   void step(double dt, std::int64_t now) noexcept;
   /// Lock-step: one control period up to `now`; the joints are at their setpoints then.
   void advance(std::int64_t now) noexcept { step(options_.control_period, now); }
@@ -86,7 +86,7 @@ class SimulatedDrives {
   bool holdsWithoutPower(int /*arm*/) const noexcept { return true; }
   /// The last setpoint past the gate, m, rad.
   const safety::ArmVector& setpoint(int arm) const noexcept { return arms_[arm].supervisor.setpoint(); }
-  /// Where the joints shall be now, between two setpoints, m, rad.
+  /// Present reference of the joints, between two setpoints, m, rad.
   const safety::ArmVector& reference(int arm) const noexcept { return arms_[arm].supervisor.reference(); }
   safety::OperatingState state(int arm) const noexcept { return arms_[arm].supervisor.state(); }
   safety::FaultMask faults(int arm) const noexcept { return arms_[arm].supervisor.faults(); }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What all commands have: examples in --help, and --json. */
+/** @file Properties of all commands: examples in --help, and --json. */
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -85,7 +85,7 @@ class Client {
   double timeout(double seconds) const { return std::max(seconds, least_timeout_); }
   /// Receives the periodic topics; a new client does. Needed to connect, to wait, and for requests.
   void listen();
-  /// Receives none of them until listen(): a client that waits for something else then costs nobody anything.
+  /// Stops receiving them until listen(), so that a client that waits for other events causes no traffic.
   void rest();
 
   /// Services without a message for so many seconds: "; no recent message from sim (or hal), planning"; else empty.

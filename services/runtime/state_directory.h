@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Folder for what a service keeps over its end. */
+/** @file Folder of the files that a service keeps after its end. */
 #pragma once
 
 #include <filesystem>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Homing methods of a simulated drive (CiA 402-2): which way it moves, and where its reference is. */
+/** @file Homing methods of a simulated drive (CiA 402-2): directions of motion, position of the reference. */
 #pragma once
 
 #include <cstdint>

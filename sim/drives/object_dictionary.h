@@ -19,7 +19,7 @@ struct Entry {
   EdsObject info;
   std::int64_t value = 0;
   std::string text;
-  bool hidden = false;  ///< of the simulation alone: nobody can access it
+  bool hidden = false;  ///< internal to the simulation: clients cannot access it
 
   int size() const noexcept { return hal::canopen::sizeOf(info.type); }  ///< bytes; 0: a string
   int bits() const noexcept { return 8 * size(); }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the fuzz targets share. Each FILE.cpp beside this is one target: LLVMFuzzerTestOneInput() takes any
- * bytes, gives them to a parser and checks properties of what it returns. docs/development.md describes how to run
+/** @file Helpers shared by the fuzz targets. Each FILE.cpp beside this is one target: LLVMFuzzerTestOneInput() takes
+ * any bytes, gives them to a parser and checks properties of what it returns. docs/development.md describes how to run
  * them. */
 #pragma once
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the commands of `tandem can` share that use data sheets. */
+/** @file Helpers shared by the commands of `tandem can` that use data sheets. */
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The limit that one joint can travel to in the shortest time. */
+/** @file Nearest limit by travel time: the one that a joint reaches first. */
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace tandem::cli {
 
-/** Way of one joint to a limit, while the other joints stand. */
+/** Travel of one joint to a limit, while the other joints stand. */
 struct LimitTravel {
   int arm = 0;
   int joint = 0;
@@ -18,7 +18,7 @@ struct LimitTravel {
   double velocity = 0.0;  ///< towards the limit, m/s, rad/s
   bool coupled = false;   ///< to a coupled limit, not to one of the joint alone
 
-  /// Time of the way, with a reserve, s.
+  /// Travel time with a reserve, s.
   double seconds() const;
 };
 

@@ -8,7 +8,7 @@
 
 namespace tandem::cli {
 
-/** Where figures go, and their size and type. */
+/** Destination, size and type of figures. */
 struct FigureOptions {
   std::string path;  ///< one file that ends in .png, .pdf or .svg, or a folder; empty: no figures
   std::string format = "png";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What `tandem commission` finds: measurements of axes, and the files about them. */
+/** @file Findings of `tandem commission`: measurements of axes, and the files with them. */
 #pragma once
 
 #include <filesystem>

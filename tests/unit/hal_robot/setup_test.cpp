@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What the HAL has written into drives once they are booted, against the hardware file. */
+/** @file Objects of booted drives compared with the hardware file. */
 #include "tests/unit/hal_robot/robot_fixture.h"
 
 namespace tandem::hal::test {
