@@ -23,7 +23,7 @@ using hal::canopen::SetupStep;
 using Json = nlohmann::ordered_json;
 using SheetVerdict = SheetFinding::Verdict;
 
-/// An axis can be made if somebody accepts what the drive lacks.
+/// The HAL boots the drive if the hardware file accepts the protections that it lacks.
 constexpr int kNeedsAcceptance = 3;
 
 struct ImportOptions {
@@ -230,11 +230,11 @@ std::vector<std::string> reasonsOf(const SheetCheck& check) {
   }
   for (const hal::ProtectionMask set : check.missing)
     reasons.push_back("without " + hal::describeProtections(set) +
-                      " the drive may go on when the HAL ends: somebody must accept that");
+                      " the drive may continue to move when the HAL ends: the hardware file must accept that");
   return reasons;
 }
 
-/// The axis, with what somebody has to accept as a comment.
+/// The axis, with the protections to be accepted as comments.
 std::string blockOf(const Import& job, const SheetCheck& check) {
   std::string text = "# From " + job.sheet.file + ": " + job.sheet.vendor_name + ", " + job.sheet.product +
                      ".\n# Everything but node, vendor, product, revision, mode and units is of " + job.drive.name +
@@ -327,8 +327,8 @@ int runImport(const ImportOptions& options) {
     std::cout << importJson(job, check, code).dump(2) << '\n';
   } else {
     printReport(job, check);
-    constexpr const char* kVerdicts[] = {"an axis can be made of it", "no axis can be made of it:", "",
-                                         "an axis can be made of it if somebody accepts what it lacks:"};
+    constexpr const char* kVerdicts[] = {"tandem-hal boots this drive", "tandem-hal does not boot this drive:", "",
+                                         "tandem-hal boots this drive if the hardware file accepts what it lacks:"};
     std::printf("%s\n", kVerdicts[code]);
     for (const std::string& reason : reasonsOf(check))
       std::printf("  %s\n", reason.c_str());
@@ -351,7 +351,7 @@ void registerCanImport(CLI::App& can, int& exit_code) {
   auto options = std::make_shared<ImportOptions>();
   CLI::App* command = can.add_subcommand(
       "import",
-      "read a drive's data sheet (EDS or DCF): what the HAL needs, what is lost, its axis for a hardware file");
+      "read a drive's data sheet (EDS or DCF): objects that the HAL needs, lost protections, axis for a hardware file");
   command->add_option("file", options->file, "EDS or DCF file")->required();
   command->add_option("--node", options->node, "node id of the drive (default: that of the DCF, else of --axis)")
       ->check(CLI::Range(1, 127));
@@ -368,9 +368,8 @@ void registerCanImport(CLI::App& can, int& exit_code) {
   command->add_option("-o,--out", options->out, "file for the axis (default: standard output)");
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer(
-      "Needs no bus. Exit code 0: tandem-hal boots a drive that is as its data sheet says; 3: only if somebody "
-      "accepts\n"
-      "the protections that it lacks (`accept` in the hardware file); 1: no axis can be made of it, with each reason;\n"
+      "Needs no bus. Exit code 0: tandem-hal boots a drive that conforms to this data sheet; 3: only if the hardware\n"
+      "file accepts the protections that it lacks (`accept`); 1: it does not boot the drive, with each reason;\n"
       "2: the file cannot be read.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runImport(*options); }); });
 }

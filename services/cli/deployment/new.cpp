@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem new: a file of a kind to begin with, from a preset, with all keys that it does not use as comments. */
+/** @file tandem new: first version of a file, from a preset, with all keys that it does not use as comments. */
 #include <algorithm>
 #include <cctype>
 #include <filesystem>
@@ -128,7 +128,7 @@ void registerNew(CLI::App& app, int& exit_code) {
       },
       "");
   CLI::App* command =
-      app.add_subcommand("new", "write a robot, trajectory, experiment or deployment file to begin with");
+      app.add_subcommand("new", "write a first version of a robot, trajectory, experiment or deployment file");
   command->add_option("kind", options->kind, "kind of file")
       ->required()
       ->check(CLI::IsMember({"robot", "trajectory", "experiment", "deployment"}));

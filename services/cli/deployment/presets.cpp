@@ -58,7 +58,7 @@ void registerPresets(CLI::App& app, int& exit_code) {
   CLI::App* presets = app.add_subcommand("presets", "list the presets: files that every command takes by name");
   presets->add_option("kind", *kind, "only this kind of file")->check(CLI::IsMember(config::kinds()));
   presets->add_flag("--json", *json, "as JSON, with the path of each file");
-  presets->footer("A copy is where a file of your own begins: `tandem presets --json` prints the paths.");
+  presets->footer("Copy a preset as the first version of your own file; `tandem presets --json` prints the paths.");
   presets->callback([kind, json, &exit_code] {
     guarded(exit_code, [&] {
       const nlohmann::ordered_json found = presetsJson(*kind);

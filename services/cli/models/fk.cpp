@@ -258,7 +258,7 @@ void registerFk(CLI::App& app, int& exit_code) {
                  "standard input")
       ->capture_default_str();
   fk->add_flag("--mm", options->millimetres,
-               "places in mm and angles in degrees, with names that say so: x_mm, psi_1_deg");
+               "positions in mm and angles in degrees, with units in the names: x_mm, psi_1_deg");
   fk->add_flag("--json", options->json, "JSON instead of CSV");
   fk->footer("Each row is solved independently unless --follow is given. Exit code 1: a row has no stable solution.");
   fk->callback([options, &exit_code] { guarded(exit_code, [&] { return runFk(*options); }); });

@@ -93,10 +93,12 @@ class Person {
       std::array<pollfd, 2> sources{{{STDIN_FILENO, POLLIN, 0}, {stop.fd(), POLLIN, 0}}};
       poll(sources.data(), sources.size(), -1);
       if (sources[1].revents != 0)
-        throw Failure(kFailure, "interrupted; what is done is kept: the same command goes on from here");
+        throw Failure(kFailure,
+                      "interrupted; the results so far are kept: repeat the command to continue with this axis");
       char letter = 0;
       if (sources[0].revents != 0 && read(STDIN_FILENO, &letter, 1) != 1)
-        throw Failure(kFailure, "no answer; what is done is kept: the same command goes on from here");
+        throw Failure(kFailure,
+                      "no answer; the results so far are kept: repeat the command to continue with this axis");
       if (letter == '\n')
         return line;
       if (letter != 0)
@@ -149,7 +151,7 @@ class Commissioning {
         move(-side * wanted);
     }
     if (answer == 'q')
-      throw Failure(kFailure, "ended; what is done is kept: the same command goes on from here");
+      throw Failure(kFailure, "ended; the results so far are kept: repeat the command to continue with this axis");
     std::cerr << "  measures: back and forth twice, " << fmt::format("{:.0f} s\n", 4.0 * wanted / speed);
     recorder_.begin(dds::jointIndex(candidate.arm, candidate.joint));
     for (const double distance : {-wanted, wanted, -wanted, wanted})
@@ -277,7 +279,7 @@ void registerCommission(CLI::App& app, int& exit_code) {
   command->add_option("--speed-percent", options->speed_percent, "speed, as share of the axis' `velocity`")
       ->capture_default_str()
       ->check(CLI::Range(0.1, 100.0));
-  command->add_option("-o,--out", options->folder, "folder of the results; a second call goes on with them")
+  command->add_option("-o,--out", options->folder, "folder of the results; a second call continues from them")
       ->capture_default_str();
   command->add_flag("--again", options->again, "check all axes, also those that have passed");
   addFigureOption(*command, options->figure, "draw following errors and free travel over the position");

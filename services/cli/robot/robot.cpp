@@ -300,7 +300,8 @@ void registerRobot(CLI::App& app, int& exit_code) {
   back->footer(
       "This causes no motion. Then move the arm with `tandem jog` or `tandem robot withdraw`: slowly, and never "
       "farther out of its limits. End with `tandem robot disable`. Documentation: docs/withdrawal.md");
-  CLI::App* out = add("withdraw", "retract the tubes of an arm that is recovered, the innermost first", withdraw);
+  CLI::App* out =
+      add("withdraw", "retract the tubes of an arm after `tandem robot recover`, the innermost first", withdraw);
   out->add_option("arm", options->arm, "name of the arm, with or without the prefix arm_")->required();
   add("home", "move all ENABLED arms to the home of the robot file", home);
   CLI::App* method = add("method", "choose the redundancy-resolution method", setMethod);

@@ -77,14 +77,14 @@ class Commission(HalTest):
         client.wait(60)  # communicate() would end the answers
         errors = client.stderr.read()
         self.assertEqual(client.returncode, 1, errors)
-        self.assertIn("interrupted; what is done is kept", errors)
+        self.assertIn("interrupted; the results so far are kept", errors)
         self.assertEqual(running.states(), ["DISABLED", "DISABLED"])
         self.assertNotIn("arm_a alpha_2", self.found())
 
         # All of the arm: the finished axis is skipped; without answers it ends at the next one.
         answer = self.commission(running, [], *quick)
         self.assertEqual(answer.returncode, 1)
-        self.assertIn("no answer; what is done is kept", answer.stdout + answer.stderr)
+        self.assertIn("no answer; the results so far are kept", answer.stdout + answer.stderr)
         self.assertEqual(running.states(), ["DISABLED", "DISABLED"])
         answer = self.commission(running, [], *quick, "--joint", "beta_3")
         self.assert_ok(answer)

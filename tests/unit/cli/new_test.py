@@ -94,7 +94,7 @@ class New(unittest.TestCase):
 
     def test_help_lists_the_commands(self):
         text = system.run("--help").stdout
-        self.assertTrue(re.search(r"^  new .*to begin with$", text, re.M) and re.search(r"^  completion ", text, re.M), text)
+        self.assertTrue(re.search(r"^  new .*deployment file$", text, re.M) and re.search(r"^  completion ", text, re.M), text)
 
 
 if __name__ == "__main__":

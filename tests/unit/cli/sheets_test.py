@@ -112,7 +112,7 @@ class Import(system.SystemTest):
                       "temperature object 2001:00 of the axis is absent",
                       "modes: profile position, profile velocity, homing, cyclic synchronous position, cyclic synchronous velocity",
                       "6502 = 0x3A5", "PDO mapping: the PDOs of the HAL fit", "lost protections: command_deadline (1400:05)",
-                      "an axis can be made of it\n", "translations:"):
+                      "tandem-hal boots this drive\n", "translations:"):
             self.assertIn(words, text)
 
     def test_modes_axes_and_files_of_the_caller(self):
