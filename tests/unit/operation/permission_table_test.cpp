@@ -66,6 +66,9 @@ std::string page() {
          "A number is the reason of a\nrefusal, below.\n\n"
          "When a client loses the lease, control stops its motion and latches `lease_lost` before it handles the next "
          "request. All clients may `stop`, in every state.\n\n"
+         "`set_method` also sets parameters; `start` starts a trajectory, `steer` pauses or resumes it; `crtk_move` is "
+         "CRTK's `move_jp` and `move_jr`,\n`crtk_joints` its streams of joints, `crtk_tip` all its commands that move "
+         "tips; `home_drives` is `tandem home`, `home` is `tandem robot home`.\n\n"
          "| |";
   for (const Column& column : all)
     out << ' ' << column.name << " |";
