@@ -177,7 +177,9 @@ const Mapping& driveTable() {
               .list(0, hal::kProtectionCount)
               .required(),
           mapping("drive", modelTable(), "its keys").required(),
-          mapping("facts", factTable(), "what the profile is made from", &DriveProfile::facts).list(1, 32).required(),
+          mapping("facts", factTable(), "facts that the profile is based on", &DriveProfile::facts)
+              .list(1, 32)
+              .required(),
       }};
   return table;
 }

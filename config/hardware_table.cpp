@@ -190,10 +190,10 @@ Mapping encoderMapping(Kind kind) {
                                   &EncoderConfig::tolerance)
                              .required());
   table.fields.push_back(positive("range", kNone,
-                                  "counts after which the encoder begins again at 0 (single-turn: one revolution); the "
-                                  "limits of each axis must be closer than that",
+                                  "counts after which the reading wraps around to 0 (single-turn: one revolution); the "
+                                  "range of each axis must be smaller",
                                   &EncoderConfig::range)
-                             .defaultNote("it never does"));
+                             .defaultNote("no wrap-around"));
   append(table.fields, identityFields<EncoderConfig>());
   return table;
 }

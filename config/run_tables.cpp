@@ -94,9 +94,10 @@ const Mapping& budgetsTable() {
       "budgets",
       "Time budgets: longest permitted ages and silences. Values above the defaults cause a warning (docs/safety.md).",
       {
-          positive("minimum_age", kTime, "floor of the age of a command or of a state", &B::minimum_age)
+          positive("minimum_age", kTime, "least budget for the age of a command or a state", &B::minimum_age)
               .atMost(kLongestTime),
-          number("age_periods", kNone, "the age in control periods, whichever is larger", &B::age_periods)
+          number("age_periods", kNone, "budget for that age in control periods; the larger of the two applies",
+                 &B::age_periods)
               .within(1, 1e6),
           positive("planning_reference", kTime, "age of planning's reference, judged by control",
                    &B::planning_reference)
@@ -104,7 +105,7 @@ const Mapping& budgetsTable() {
           positive("teleoperation", kTime, "age of an operator's stream, judged by control", &B::teleoperation)
               .atMost(kLongestTime),
           positive("tip_measurement", kTime,
-                   "age of a measured tip, or so many control periods as age_periods says, judged by control",
+                   "age of a measured tip, judged by control; at least age_periods control periods",
                    &B::tip_measurement)
               .atMost(kLongestTime),
           positive("clearance", kTime, "age of the distance of bodies, with least_clearance; judged by control",
