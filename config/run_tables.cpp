@@ -298,7 +298,8 @@ const Mapping& deploymentTable() {
           positive("sim_rotation_acceleration", kAngularAcceleration,
                    "acceleration limit of the simulated rotations in real time", &D::sim_rotation_acceleration)
               .orUnlimited(),
-          positive("status_period", kTime, "period of hal/status, control/status and the topics of each arm",
+          positive("status_period", kTime,
+                   "period of hal/status, control/permissions, control/clearance and the topics of each arm",
                    &D::status_period)
               .atMost(kLongestTime)
               .withoutMotion(),
