@@ -70,7 +70,7 @@ done
 run -v 'tandem can monitor handheld --once'
 
 say <<'END'
-`NOT HOMED`: after power on the drives do not know where they are. The tubes are turned to their marks by hand; the carriages search their switches:
+`NOT HOMED`: after power on these drives have no reference of their position. Turn the tubes to their marks by hand; the carriages then search for their switches:
 END
 run 'tandem home -d handheld'
 run -v 'tandem can monitor handheld --once'
