@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstdlib>
 #include <iostream>
+#include <regex>
 #include <sstream>
+#include <string>
 
 #include "services/cli/command_table.h"
 #include "services/cli/completion.h"
@@ -48,6 +50,14 @@ bool answerHidden(const CLI::App& app, const std::vector<std::string>& words) {
   return true;
 }
 
+/// CLI11's messages about values in the form of all others: place, found, expected.
+std::string foundAndExpected(const std::string& text) {
+  static const std::regex kChoice(R"(([^\s:]+): (.*) not in \{(.*)\})");
+  static const std::regex kRange(R"(([^\s:]+): Value (.*) not in range (\S+) to (\S+))");
+  return std::regex_replace(std::regex_replace(text, kChoice, "$1: found '$2', expected one of $3"), kRange,
+                            "$1: found $2, expected a number from $3 to $4");
+}
+
 /// Prints the help that was asked for, or why the command line is wrong. @return exit code
 int refuseLine(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
   using namespace tandem::cli;
@@ -56,7 +66,7 @@ int refuseLine(const CLI::App& app, const CLI::ParseError& error, const std::vec
   std::cout << out.str();
   if (asked)
     return kOk;
-  std::string text = err.str();
+  std::string text = foundAndExpected(err.str());
   const std::string meant = suggestion(app, words);
   text += meant.empty() ? "" : meant + '\n';
   text.resize(text.find_last_not_of('\n') + 1);

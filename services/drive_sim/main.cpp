@@ -157,7 +157,7 @@ int main(int argc, char** argv) {
     if (options.bus.empty() && options.hardware.empty())
       throw CLI::RequiredError("--bus or --hardware");
     if (options.hardware.empty() != options.hardware_bus.empty())
-      throw CLI::RequiredError("--hardware and --hardware-bus together");
+      throw CLI::ValidationError("--hardware, --hardware-bus", "found one of them, expected both");
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : 2;
   } catch (const std::exception& error) {
