@@ -21,13 +21,6 @@ const Field* quantityOf(const std::string& key, const Mapping& table) {
   return found;
 }
 
-std::string knownKeys(const Mapping& table) {
-  std::vector<std::string> keys;
-  for (const Field& field : table.fields)
-    keys.push_back(field.key());
-  return join(keys);
-}
-
 std::vector<std::string> namesOf(const Field& field) {
   std::vector<std::string> names;
   for (const auto& [name, unit] : field.keys())
@@ -36,6 +29,13 @@ std::vector<std::string> namesOf(const Field& field) {
 }
 
 }  // namespace
+
+std::string knownKeys(const Mapping& table) {
+  std::vector<std::string> keys;
+  for (const Field& field : table.fields)
+    keys.push_back(field.key());
+  return join(keys);
+}
 
 bool isMeant(const Field& field, const std::string& key) {
   return key.starts_with(field.name) || !nearestWord(key, namesOf(field)).empty();

@@ -114,6 +114,14 @@ Eigen::Vector3d parseRow(const std::string& line, const std::string& file, int n
   return point;
 }
 
+/// Column of the first character of a field, from 1.
+int columnOf(const std::string& line, std::size_t field) {
+  std::size_t begin = 0;
+  for (; field > 0; --field)
+    begin = line.find(',', begin) + 1;
+  return static_cast<int>(begin) + 1;
+}
+
 /// A row of a table with a header.
 Eigen::Vector3d parseRow(const std::string& line, const CsvLayout& layout, const std::string& file, int number) {
   const std::vector<std::string> fields = csvFields(line);
@@ -126,7 +134,7 @@ Eigen::Vector3d parseRow(const std::string& line, const CsvLayout& layout, const
     const CsvLayout::Place& place = layout.places[static_cast<std::size_t>(axis)];
     const std::string& field = fields[place.field];
     if (!parseCell(field, 0, field.size(), point[axis]))
-      throw Error(file, number, 0, "",
+      throw Error(file, number, columnOf(line, place.field), "",
                   "found '" + field.substr(0, 40) + "' in column " + std::to_string(place.field + 1) +
                       ", expected a finite number");
     if (place.unit != nullptr)

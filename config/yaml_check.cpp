@@ -30,6 +30,14 @@ std::string commaHint(const YAML::Node& node, const Field& field) {
   return "; write " + text.substr(0, comma) + "." + text.substr(comma + 1);
 }
 
+/// "; its keys: file, absolute" for a mapping with few keys.
+std::string keysHint(const Field& field) {
+  constexpr std::size_t kMostKeys = 12;
+  return field.type == Type::kMapping && field.mapping->fields.size() <= kMostKeys
+             ? "; its keys: " + knownKeys(*field.mapping)
+             : "";
+}
+
 }  // namespace
 
 Map Map::checked(Document& document, const Mapping& table, std::string path, const YAML::Node& node) {
@@ -193,7 +201,7 @@ void Map::checkScalar(const Entry& entry, const YAML::Node& node, const std::str
 void Map::unexpected(const Entry& entry, const YAML::Node& node, const std::string& path, bool element) const {
   throw error(node.IsNull() ? entry.mark : node.Mark(), path,
               "found " + describeNode(node) + ", expected " + expectation(*entry.field, entry.unit, element) +
-                  commaHint(node, *entry.field));
+                  commaHint(node, *entry.field) + keysHint(*entry.field));
 }
 
 }  // namespace tandem::config

@@ -8,6 +8,9 @@
 
 namespace tandem::config {
 
+/// All keys of a mapping, separated by commas, with their first unit.
+std::string knownKeys(const Mapping& table);
+
 /// "a key without its unit; expected outer_diameter_mm or ...", "unknown key; did you mean ...?", "unknown key; known
 /// keys: ...".
 std::string explainUnknownKey(const std::string& key, const Mapping& table);

@@ -296,7 +296,7 @@ TEST(Trajectory, BadCsvIsRefusedAtItsLine) {
       {"x,y,y,z\n0,0,0,0\n", 1, 1, "found column y twice"},
       {"x,y,z_deg\n0,0,0\n", 1, 1, "found no column z in 'x,y,z_deg', expected z_mm"},
       {"x,y,z\n0,0\n", 2, 1, "found 2 columns, expected the 3 of the header"},
-      {"x,y,z\n0,0,?\n", 2, 0, "found '?' in column 3"},
+      {"x,y,z\n0,0,?\n", 2, 5, "found '?' in column 3"},
       {"0,0,0\n0,nan,0\n", 2, 3, "found 'nan' in column 2"},
       {"0,0,0\n0,,0\n", 2, 3, "found '' in column 2"},
       {"0,0,0\n\n", 2, 1, "found '' in column 1"},
