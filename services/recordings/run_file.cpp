@@ -11,6 +11,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "config/suggestion.h"
 #include "config/values.h"
 #include "idl/version.h"
 #include "services/dds/definitions.h"
@@ -94,18 +95,22 @@ RunInfo describeRun(const config::Deployment& deployment, const config::Robot& r
 std::vector<dds::TopicInfo> chooseTopics(const std::vector<dds::TopicInfo>& all,
                                          const std::vector<std::string>& patterns) {
   std::vector<bool> chosen(all.size());
-  std::string known;
+  std::vector<std::string> known;
   for (const dds::TopicInfo& topic : all)
-    known += (known.empty() ? "" : ", ") + topic.name;
+    known.push_back(topic.name);
   for (const std::string& pattern : patterns) {
     bool matches = false;
     for (std::size_t i = 0; i < all.size(); ++i) {
       if (fnmatch(pattern.c_str(), all[i].name.c_str(), 0) == 0)
         chosen[i] = matches = true;
     }
-    if (!matches)
-      throw std::invalid_argument("topics: found '" + pattern + "', expected a name, or a pattern of one, among " +
-                                  known);
+    if (!matches) {
+      const std::string nearest = config::nearestWord(pattern, known);
+      throw std::invalid_argument(
+          "topics: found '" + pattern +
+          "', expected a name that `tandem topics` lists, or a pattern of one, without the prefix" +
+          (nearest.empty() ? "" : "; did you mean " + nearest + "?"));
+    }
   }
   std::vector<dds::TopicInfo> topics;
   for (std::size_t i = 0; i < all.size(); ++i) {

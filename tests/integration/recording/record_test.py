@@ -175,7 +175,8 @@ class RealTime(Recording):
 
     def refusals(self):
         for words, reason in ((("record", self.system.path, "-o", self.whole), "is not overwritten"),
-                              (("record", self.system.path, "-t", "no/such"), "expected a name, or a pattern of one"),
+                              (("record", self.system.path, "-t", "no/such"), "expected a name that `tandem topics` lists"),
+                              (("record", self.system.path, "-t", "control/statsu"), "did you mean control/status?"),
                               (("info", self.system.path), "is no MCAP file"),
                               (("export", self.whole), "expected at least one of"),
                               (("export", self.whole, "--csv", self.folder / "x", "-t", "nothing"), "pattern of one, among "),
