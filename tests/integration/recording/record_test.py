@@ -4,6 +4,7 @@ import csv
 import json
 import pathlib
 import queue
+import re
 import resource
 import signal
 import subprocess
@@ -242,6 +243,13 @@ class RealTime(Recording):
             numpy.testing.assert_array_equal(aligned[rows >= 0], group["position_arm_a_beta_1_m"][:][rows[rows >= 0]])
         with open(csv_folder / "aligned.csv", encoding="utf-8") as stream:
             self.assertEqual(len(stream.readlines()), len(time_s) + 1)
+        # The recipe of the page reads the same file, up to its plot.
+        page = (pathlib.Path(__file__).resolve().parents[3] / "docs" / "recording.md").read_text()
+        recipe = re.search(r"```python\n(import h5py.*?)plt\.plot", page, re.DOTALL)[1]
+        found = {}
+        exec(recipe.replace(", matplotlib.pyplot as plt", "").replace('"run.h5"', repr(str(hdf5))), found)
+        self.assertEqual(found["beta_b1"].shape, found["t"].shape)
+        self.assertTrue(numpy.isfinite(found["error"]).all() and not found["fault"].all())
 
     def plot(self):
         figures = self.folder / "figures"
