@@ -141,7 +141,7 @@ Reason againstArm(Action action, Requester requester, const RobotCondition& now,
     case Action::kJog:
       return arm.enabled() ? Reason::kNone : Reason::kNotEnabled;
     case Action::kWithdraw:
-      return !arm.enabled() ? Reason::kNotEnabled : arm.recovering ? Reason::kNone : Reason::kNotRecovering;
+      return !arm.recovering ? Reason::kNotRecovering : arm.enabled() ? Reason::kNone : Reason::kNotEnabled;
     case Action::kTeleoperate:
       if (!arm.ready())
         return Reason::kNotEnabled;

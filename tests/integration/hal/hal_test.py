@@ -117,7 +117,7 @@ class Withdrawal(HalTest):
             self.drive_sim(bus)
         running = self.start_hal()
         self.await_ready(running)
-        self.assert_refused(running.robot("withdraw", "a"), "not ENABLED")
+        self.assert_refused(running.robot("withdraw", "a"), "recover it first")
         self.assert_ok(running.robot("enable"))
         self.tell("a", "inject 2 off")
         system.until(lambda: running.states()[0] == "FAULT", 5, "arm_a is in FAULT")
