@@ -139,6 +139,7 @@ class CommandLine(unittest.TestCase):
         files = {str(path) for path in system.PRESETS.rglob("*.yaml")}
         self.assertEqual({str(pathlib.Path(preset["file"]).resolve()) for preset in presets}, files)
         for preset in presets:
+            self.assertRegex(preset["description"], r"[.]$", f"{preset['file']}: the first line of the comment is a whole sentence")
             self.assertTrue(preset["description"], preset)
             self.assertNotIn("yaml-language-server", preset["description"])
         listed = system.run("presets", "trajectory").stdout
