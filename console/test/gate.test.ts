@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-import { expect, test } from "vitest";
+import { expect, test, vi } from "vitest";
 
 import type { Condition } from "../src/teleop/gate";
 import { InputGate, kConditions } from "../src/teleop/gate";
 import { Button, buttonBits, kFullSpeed, kKeys, keyVelocity, pressed, stickVelocity } from "../src/teleop/motion";
+import { kFirstRepeat, kNextRepeat, Repeats } from "../src/teleop/repeats";
 import { seeded } from "./random";
 
 const conditions = Object.keys(kConditions) as Condition[];
@@ -110,4 +111,24 @@ test("sticks: bounded, and nothing that is not a number goes through", () => {
   expect(pressed(pad, Button.hold)).toBe(true);
   expect(pressed(pad, Button.clutch)).toBe(false);
   expect(buttonBits(pad)).toBe(1 << Button.hold);
+});
+
+test("a key counts as held while it repeats in time, and its silence is reported once", () => {
+  vi.useFakeTimers();
+  let missing = 0;
+  const repeats = new Repeats(() => (missing += 1));
+  repeats.seen(false);
+  vi.advanceTimersByTime(kFirstRepeat - 1);
+  for (let k = 0; k < 20; ++k) {
+    repeats.seen(true);
+    vi.advanceTimersByTime(kNextRepeat - 1);
+  }
+  expect(missing).toBe(0);
+  vi.advanceTimersByTime(10 * kFirstRepeat);
+  expect(missing).toBe(1);
+  repeats.seen(false);
+  repeats.end();
+  vi.advanceTimersByTime(10 * kFirstRepeat);
+  expect(missing).toBe(1);
+  vi.useRealTimers();
 });

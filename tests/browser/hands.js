@@ -9,6 +9,7 @@ const kMost = 1500; // ms from release to standstill, as seen through `tandem st
 
 module.exports = ({ robot, me, enable, shot }) => {
   const page = () => me().page;
+  let letGo; // of the key that is held
   async function ready() {
     await enable();
     await me().tab("teleoperate");
@@ -33,11 +34,11 @@ module.exports = ({ robot, me, enable, shot }) => {
   async function hold(key) {
     await ready();
     const drive = async () => {
-      await page().keyboard.down(key);
+      letGo = await me().holdKey(key);
       await me().text("#teleop-held", /held:/, kReaction);
       await robot().moves(`${key} is held`);
     };
-    await holdingOn(drive, () => page().keyboard.up(key));
+    await holdingOn(drive, () => letGo());
   }
   async function cut(how, since, words) {
     await me().text("#teleop-held", words);
@@ -46,12 +47,11 @@ module.exports = ({ robot, me, enable, shot }) => {
     assert.ok(took < kMost, `${how}: joints moved for ${took} ms`);
   }
   /** After a cut-off, motion does not resume when the cause is removed while the key is still down. */
-  async function staysReleased(key) {
+  async function staysReleased() {
     await page().focus("#view");
-    await page().keyboard.down(key); // a held key repeats
     await robot().stands("while the key is down from before", monotonic());
     assert.doesNotMatch(await page().textContent("#teleop-held"), /held:/);
-    await page().keyboard.up(key);
+    await letGo();
   }
 
   return {
@@ -60,7 +60,7 @@ module.exports = ({ robot, me, enable, shot }) => {
       await me().text("#teleop-state", /following/);
       await shot("console-teleoperation");
       const since = monotonic();
-      await page().keyboard.up("ArrowUp");
+      await letGo();
       await cut("letting go", since, /ready|released/);
     },
 
@@ -136,7 +136,7 @@ module.exports = ({ robot, me, enable, shot }) => {
       await me().hide(true);
       await cut("hiding the tab", since, /the tab is hidden/);
       await me().hide(false);
-      await staysReleased("ArrowUp");
+      await staysReleased();
     },
 
     async "losing the focus stops teleoperation"() {
@@ -151,7 +151,7 @@ module.exports = ({ robot, me, enable, shot }) => {
       await other.close();
       await page().bringToFront();
       await session.send("Emulation.setFocusEmulationEnabled", { enabled: true });
-      await page().keyboard.up("ArrowUp");
+      await letGo();
     },
 
     async "a page that hangs stops teleoperation"() {
@@ -166,7 +166,7 @@ module.exports = ({ robot, me, enable, shot }) => {
       assert.ok(took < kMost, `joints moved for ${took} ms`);
       console.log(`    the page hangs: the last joint moved ${took.toFixed(0)} ms later, as seen every 100 ms`);
       await hang;
-      await page().keyboard.up("ArrowUp");
+      await letGo();
       await me().press("#teleop-on");
     },
   };

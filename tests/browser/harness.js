@@ -239,6 +239,22 @@ class Operator {
     }
     await done;
   }
+  /** Holds a key as a person does: it repeats. @returns what lets it go */
+  async holdKey(key) {
+    let held = true;
+    await this.page.keyboard.down(key);
+    const repeated = (async () => {
+      while (held) {
+        await new Promise((again) => setTimeout(again, 100));
+        if (held) await this.page.keyboard.down(key);
+      }
+    })();
+    return async () => {
+      held = false;
+      await repeated;
+      await this.page.keyboard.up(key);
+    };
+  }
   async tab(name) {
     await this.page.click(`#tab-${name}`);
   }
@@ -286,4 +302,4 @@ class Operator {
 
 const differing = (a, b) => a.grey.reduce((count, value, k) => count + (Math.abs(value - b.grey[k]) > 60 ? 1 : 0), 0);
 
-module.exports = { Operator, Robot, Server, SlowLink, differing, kChromium, monotonic, serve };
+module.exports = { Operator, Robot, Server, SlowLink, differing, kChromium, kTimeout, monotonic, serve };

@@ -49,6 +49,11 @@ class Situations(Operated):
         self.operate("page.js", "laptop", "situations")
 
 
+class Window(Operated):
+    def test_input_of_the_x_server_in_a_window(self):
+        self.operate("window.js", "laptop", *os.environ.get("TANDEM_SCENES", "").split())
+
+
 class Rates(Operated):
     def test_the_page_asks_for_the_rates_that_it_draws(self):
         self.operate("rates.js", "laptop-1khz")

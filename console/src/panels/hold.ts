@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Buttons that act while they are held: one press of the main pointer button, or Enter or space. */
+import { Repeats } from "../teleop/repeats";
 import { action, usable } from "./dom";
 
 /** Longest time between two repetitions, ms; a page that hangs for longer cannot tell whether the button is still held. */
@@ -15,11 +16,12 @@ export interface Held {
 }
 
 /** While a button is held, `ask` is called at once and then periodically. Anything that may hide its release ends it: another button,
- * finger or key, a menu, a lost capture or focus, a hidden page, a gap of the timer. */
+ * finger or key, a menu, a lost capture or focus, a hidden page, a gap of the timer, a key that no longer repeats. */
 export class Hold {
   private timer: ReturnType<typeof setInterval> | undefined;
   private since = 0;
   private last = 0;
+  private readonly repeats = new Repeats(() => this.end());
   /** Removes the listeners of a hold. */
   private over = new AbortController();
 
@@ -28,10 +30,12 @@ export class Hold {
     private readonly held: Held,
   ) {
     button.addEventListener("pointerdown", (event) => {
-      if (event.button === 0 && event.isPrimary && !event.ctrlKey && usable(button)) this.begin(button);
+      if (event.button === 0 && event.isPrimary && !event.ctrlKey && usable(button)) this.begin(button, "");
     });
     button.addEventListener("keydown", (event) => {
-      if ((event.key === "Enter" || event.key === " ") && !event.repeat && usable(button)) this.begin(button);
+      if ((event.key !== "Enter" && event.key !== " ") || event.repeat || !usable(button)) return;
+      this.begin(button, event.code);
+      this.repeats.seen(false);
     });
   }
 
@@ -46,11 +50,13 @@ export class Hold {
     if (this.timer === undefined) return;
     clearInterval(this.timer);
     this.timer = undefined;
+    this.repeats.end();
     this.over.abort();
     this.held.end();
   }
 
-  private begin(button: HTMLButtonElement): void {
+  /** @param key  that begins it; empty: a pointer */
+  private begin(button: HTMLButtonElement, key: string): void {
     this.end();
     this.over = new AbortController();
     const options = { capture: true, signal: this.over.signal };
@@ -60,7 +66,11 @@ export class Hold {
     // The event that begins the hold has passed the window already: another one comes from another finger or key.
     for (const name of ["blur", "pagehide", "contextmenu", "pointerdown"]) window.addEventListener(name, end, options);
     window.addEventListener("mousedown", (event) => event.button !== 0 && this.end(), options);
-    window.addEventListener("keydown", (event) => !event.repeat && this.end(), options);
+    window.addEventListener(
+      "keydown",
+      ({ repeat, code }) => (repeat && code === key ? this.repeats.seen(true) : this.end()),
+      options,
+    );
     document.addEventListener("visibilitychange", end, options);
     this.since = this.last = performance.now();
     this.timer = setInterval(() => this.repeat(), this.held.period);

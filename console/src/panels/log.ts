@@ -79,7 +79,8 @@ export class LogPanel {
     this.log.added = (entry) => this.show(entry);
     // The browser's find bar would receive Esc.
     window.addEventListener("keydown", (event) => {
-      if (!((event.ctrlKey || event.metaKey) && event.code === "KeyF") && event.code !== "F3") return;
+      const find = (event.ctrlKey || event.metaKey) && ["KeyF", "KeyG"].includes(event.code);
+      if (!find && event.code !== "F3") return;
       event.preventDefault();
       document.getElementById("tab-log")?.click();
       this.search.focus();

@@ -11,12 +11,16 @@ const kNotSent = "NOT SENT: no connection. Use the hardware emergency stop.";
 const kNotConfirmed = "NOT CONFIRMED. Use the hardware emergency stop.";
 const kIdle = "soft stop – not an emergency stop";
 
+const isEscape = ({ key, code }: KeyboardEvent): boolean => key === "Escape" || code === "Escape";
+
 export class StopKey {
   readonly element: HTMLElement;
   private readonly button: HTMLButtonElement;
   private readonly note = h("output.note", { id: "stop-note" }, kIdle);
   private readonly key = h("output.note", { id: "stop-key" });
   private since = -1;
+  /** Esc is down, as far as this page has seen. */
+  private down = false;
   private repeats: ReturnType<typeof setInterval> | undefined;
   /** Time from the last press to its confirmation, ms. */
   took = -1;
@@ -39,11 +43,11 @@ export class StopKey {
     );
     this.element = h("div.stopping", { id: "stopping" }, this.button, this.note, this.key);
     // Captured at the window, before any field or panel; by its place on the keyboard too, which an input method does not change.
-    window.addEventListener(
-      "keydown",
-      (event) => (event.key === "Escape" || event.code === "Escape") && !event.repeat && this.press("Esc"),
-      { capture: true },
-    );
+    for (const [name, down] of [
+      ["keydown", true],
+      ["keyup", false],
+    ] as const)
+      window.addEventListener(name, (event) => isEscape(event) && this.escape(down), { capture: true });
     // While a menu of the browser is open, the browser receives Esc.
     window.addEventListener("contextmenu", (event) => event.preventDefault());
     for (const change of ["focus", "blur"]) window.addEventListener(change, () => this.showKey());
@@ -54,10 +58,20 @@ export class StopKey {
     c.world.taps.hal.push(() => this.confirm());
   }
 
+  /** Once per press. `repeat` of the event is no use: Chromium sets it for the first press after one that went to a dialog. */
+  private escape(down: boolean): void {
+    if (down && !this.down) this.press("Esc");
+    this.down = down;
+  }
+
   /** The browser's find bar, menus, address line and dialogs, and other windows, receive keys instead of the page. */
   private showKey(): void {
     const here = document.hasFocus();
-    setText(this.key, here ? "Esc stops, too" : "Esc does NOT stop: the keyboard is not in this page");
+    this.down &&= here;
+    setText(
+      this.key,
+      here ? "Esc stops, but not in menus of the browser" : "Esc does NOT stop: the keyboard is not in this page",
+    );
     setAttribute(this.key, "data-here", here ? "yes" : "no");
   }
 

@@ -6,12 +6,14 @@ import type { View } from "../scene/view";
 import { Button, buttonBits, kKeys, keyVelocity, pressed, stickVelocity } from "./motion";
 import type { Pilot, Reading } from "./pilot";
 import { Device } from "./pilot";
+import { kNotRepeated, Repeats } from "./repeats";
 
 const kGrab = 24; // radius in pixels around the tip or its target in which the pointer grabs it
 const kWheel = 2e-5; // m per pixel of the wheel
 
 export class Devices {
   private readonly keys = new Set<string>();
+  private readonly repeats = new Repeats(() => this.dropKeys(kNotRepeated));
   private readonly grabbed = new THREE.Vector3();
   private depth = 0;
   private pointer: { id: number; x: number; y: number } | null = null;
@@ -38,9 +40,8 @@ export class Devices {
       gate.allow("focused", document.hasFocus());
     };
     const lost = (): void => {
-      this.keys.clear();
-      for (const code of Object.keys(kKeys)) gate.update(code, false);
       gate.allow("focused", false);
+      this.dropKeys("");
     };
     window.addEventListener("blur", lost);
     window.addEventListener("pagehide", lost);
@@ -49,15 +50,26 @@ export class Devices {
     look();
   }
 
+  /** Nothing is known of the keys any more. @param why  the input that they held ends; empty: as if they were let go */
+  private dropKeys(why: string): void {
+    const { gate } = this.pilot;
+    if (why !== "" && this.keys.has(gate.source ?? "")) gate.release(why);
+    for (const code of Object.keys(kKeys)) gate.update(code, false);
+    this.keys.clear();
+    this.repeats.end();
+  }
+
   /** Keys count while the view has the focus, so that typing elsewhere moves nothing. */
   private watchKeys(place: HTMLElement): void {
     place.addEventListener("keydown", (event) => {
       if (event.code === "KeyC") this.pilot.clutch = true;
+      if (this.keys.size > 0) this.repeats.seen(event.repeat); // of several keys only the last one repeats
       if (!(event.code in kKeys) || event.ctrlKey || event.altKey || event.metaKey || !this.pilot.armed) return;
       event.preventDefault();
       if (event.repeat) return; // held since before a cut-off: it must be pressed anew
       this.keys.add(event.code);
       this.pilot.gate.update(event.code, true);
+      this.repeats.seen(false);
     });
     const up = (event: KeyboardEvent): void => {
       if (event.code === "KeyC") this.pilot.clutch = false;
@@ -72,10 +84,7 @@ export class Devices {
       this.pilot.gate.update(event.code, false);
     };
     window.addEventListener("keyup", up);
-    place.addEventListener("blur", () => {
-      for (const code of this.keys) this.pilot.gate.update(code, false);
-      this.keys.clear();
-    });
+    place.addEventListener("blur", () => this.dropKeys(""));
   }
 
   private watchPointer(place: HTMLElement): void {
