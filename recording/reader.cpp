@@ -2,12 +2,10 @@
 #include "recording/reader.h"
 
 #include <algorithm>
-#include <memory>
-#include <queue>
-#include <tuple>
 
 #include "recording/bytes.h"
 #include "recording/compression.h"
+#include "recording/parsing.h"
 
 namespace tandem::recording {
 namespace {
@@ -26,30 +24,10 @@ Head headOf(std::string_view bytes) {
   return {static_cast<Opcode>(opcode), source.number<std::uint64_t>()};
 }
 
-Message messageOf(std::string_view content) {
-  ByteSource source(content);
-  Message message;
-  message.channel = source.number<std::uint16_t>();
-  message.sequence = source.number<std::uint32_t>();
-  message.log_time = source.number<std::uint64_t>();
-  message.publish_time = source.number<std::uint64_t>();
-  message.data = source.rest();
-  return message;
-}
-
-/// Calls f(opcode, content) for each record of a chunk or of a summary.
-template <class F>
-void forEachRecord(std::string_view records, F&& f) {
-  ByteSource source(records);
-  while (!source.empty()) {
-    const auto opcode = static_cast<Opcode>(source.number<std::uint8_t>());
-    f(opcode, source.raw(source.number<std::uint64_t>()));
-  }
-}
-
 }  // namespace
 
-Reader::Reader(const std::filesystem::path& file, Open how) : file_(file), stream_(file, std::ios::binary) {
+Reader::Reader(const std::filesystem::path& file, Open how, std::uint64_t memory)
+    : file_(file), stream_(file, std::ios::binary), memory_(memory) {
   std::error_code error;
   if (!stream_ || !std::filesystem::is_regular_file(file, error))
     throw Error(file.string() + ": found no readable file, expected a recording (MCAP)");
@@ -57,8 +35,10 @@ Reader::Reader(const std::filesystem::path& file, Open how) : file_(file), strea
   const std::string magic = bytes(0, std::min<std::uint64_t>(size_, kMagic.size()));
   if (magic != kMagic)
     throw Error(file.string() + ": is no MCAP file: it does not begin with MCAP's magic bytes");
-  if (how == Open::kFast && readSummary())
+  if (how != Open::kScan && readSummary())
     return;
+  if (how == Open::kIndexed)
+    throw Error(file.string() + ": has no index: its recording did not end, or it is damaged");
   forget();
   scan();
 }
@@ -67,12 +47,19 @@ std::string Reader::bytes(std::uint64_t offset, std::uint64_t length) {
   if (offset > size_ || length > size_ - offset)
     throw std::out_of_range("found " + std::to_string(size_) + " bytes, expected " + std::to_string(length) + " from " +
                             std::to_string(offset) + " on");
+  expectRoom(length, offset);
   std::string out(length, '\0');
   stream_.clear();
   stream_.seekg(static_cast<std::streamoff>(offset));
   if (!stream_.read(out.data(), static_cast<std::streamsize>(length)))
     throw Error(file_.string() + ": cannot be read at byte " + std::to_string(offset));
   return out;
+}
+
+void Reader::expectRoom(std::uint64_t size, std::uint64_t offset) const {
+  if (size > memory_)
+    throw Error(file_.string() + ": at byte " + std::to_string(offset) + ": found records of " + std::to_string(size) +
+                " bytes that are needed at one time, expected at most " + std::to_string(memory_));
 }
 
 void Reader::report(std::uint64_t offset, const std::string& what) {
@@ -301,6 +288,9 @@ std::string Reader::unpack(const std::string& content) const {
   ByteSource source(content);
   source.raw(16);  // start and end time: the times of the messages are used
   const auto size = source.number<std::uint64_t>();
+  if (size > memory_)
+    throw std::runtime_error("found a chunk of " + std::to_string(size) + " bytes, expected at most " +
+                             std::to_string(memory_));
   const auto crc = source.number<std::uint32_t>();
   const std::string_view compression = source.text();
   const std::string_view packed = source.raw(source.number<std::uint64_t>());
@@ -325,74 +315,6 @@ std::string Reader::attachmentData(std::size_t index) {
     return data;
   } catch (const std::out_of_range& error) {
     throw Error(file_.string() + ": attachment " + attachments_[index].name + ": " + error.what());
-  }
-}
-
-/** Messages of loaded parts that were not visited yet; the earliest one is on top. */
-struct Reader::Loaded {
-  struct Entry {
-    std::uint64_t order;  ///< order of loading, for equal times
-    std::shared_ptr<const std::string> records;
-    Message message;
-  };
-  struct Later {
-    bool operator()(const Entry& a, const Entry& b) const {
-      return std::tie(a.message.log_time, a.order) > std::tie(b.message.log_time, b.order);
-    }
-  };
-  std::priority_queue<Entry, std::vector<Entry>, Later> queue;
-  std::uint64_t next = 0;
-};
-
-void Reader::load(const Part& part, const Selection& selection, Loaded& loaded) {
-  const auto take = [&](const std::shared_ptr<const std::string>& records, const Message& message) {
-    const auto channel = channels_.find(message.channel);
-    if (channel == channels_.end()) {
-      report(part.offset, "a message of a channel that is not in the file");
-    } else if (message.log_time < part.start || message.log_time > part.end) {
-      report(part.offset, "a message outside of the times in the index of its chunk is left out");
-    } else if (message.log_time >= selection.from && message.log_time <= selection.to &&
-               (!selection.channel || selection.channel(channel->second))) {
-      loaded.queue.push({loaded.next++, records, message});
-    }
-  };
-  try {
-    const std::string content = bytes(part.offset + kRecordHead, part.length - kRecordHead);
-    if (!part.is_chunk) {
-      const auto records = std::make_shared<const std::string>(content);
-      take(records, messageOf(*records));
-      return;
-    }
-    const auto records = std::make_shared<const std::string>(unpack(content));
-    forEachRecord(*records, [&](Opcode opcode, std::string_view record) {
-      if (opcode == Opcode::kMessage)
-        take(records, messageOf(record));
-    });
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& error) {
-    report(part.offset, std::string("a chunk is left out: ") + error.what());
-  }
-}
-
-void Reader::forEach(const Selection& selection, const std::function<bool(const Channel&, const Message&)>& visit) {
-  std::vector<Part> parts;
-  for (const Part& part : parts_) {
-    if (part.start <= selection.to && part.end >= selection.from)
-      parts.push_back(part);
-  }
-  std::stable_sort(parts.begin(), parts.end(), [](const Part& a, const Part& b) { return a.start < b.start; });
-  Loaded loaded;
-  for (auto part = parts.begin(); part != parts.end() || !loaded.queue.empty();) {
-    // Chunks may overlap: load every part that begins before the next message.
-    if (part != parts.end() && (loaded.queue.empty() || part->start <= loaded.queue.top().message.log_time)) {
-      load(*part++, selection, loaded);
-      continue;
-    }
-    const Loaded::Entry entry = loaded.queue.top();
-    loaded.queue.pop();
-    if (!visit(channels_.at(entry.message.channel), entry.message))
-      return;
   }
 }
 

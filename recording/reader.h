@@ -28,12 +28,16 @@ struct Selection {
 class Reader {
  public:
   enum class Open {
-    kFast,  ///< by the index, if the file has one
-    kScan,  ///< reads the whole file, and checks every checksum
+    kFast,     ///< by the index, if the file has one
+    kScan,     ///< reads the whole file, and checks every checksum
+    kIndexed,  ///< by the index; a file without one is refused
   };
 
-  /// @throw Error if the file cannot be read or is no MCAP file.
-  explicit Reader(const std::filesystem::path& file, Open how = Open::kFast);
+  /// @param memory  bytes of records that may be in memory at a time; a file that needs more is refused
+  /// @throw Error if the file cannot be read, is no MCAP file, or is refused.
+  explicit Reader(const std::filesystem::path& file,
+                  Open how = Open::kFast,
+                  std::uint64_t memory = std::numeric_limits<std::uint64_t>::max());
 
   const std::filesystem::path& file() const { return file_; }
   const std::string& profile() const { return profile_; }
@@ -54,7 +58,7 @@ class Reader {
   std::string attachmentData(std::size_t index);
 
   /// Visits messages in the order of their log times until `visit` returns false. Their data is valid until `visit`
-  /// returns.
+  /// returns. @throw Error if the file cannot be read, or the records of one time need more memory than allowed.
   void forEach(const Selection& selection, const std::function<bool(const Channel&, const Message&)>& visit);
 
  private:
@@ -68,6 +72,7 @@ class Reader {
   struct Loaded;
 
   std::string bytes(std::uint64_t offset, std::uint64_t length);
+  void expectRoom(std::uint64_t size, std::uint64_t offset) const;
   void report(std::uint64_t offset, const std::string& what);
   bool readSummary();
   void takeSummary(std::string_view summary);
@@ -84,7 +89,7 @@ class Reader {
 
   std::filesystem::path file_;
   std::ifstream stream_;
-  std::uint64_t size_ = 0;
+  std::uint64_t size_ = 0, memory_;
   std::string profile_, library_;
   bool finished_ = false;
   std::vector<std::string> damage_;

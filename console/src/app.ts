@@ -14,6 +14,8 @@ import { Notices } from "./panels/notices";
 import { MethodPanel } from "./panels/method";
 import { Operate } from "./panels/operate";
 import { Recording } from "./panels/recording";
+import { Replay } from "./panels/replay";
+import type { Shown } from "./panels/replay";
 import { Run } from "./panels/run";
 import { StopKey } from "./panels/stop";
 import { tabs } from "./panels/tabs";
@@ -44,6 +46,7 @@ export class App {
   private readonly drawing: Drawing;
   private readonly hud: Hud;
   private readonly health: Health;
+  private readonly replay: Replay;
   private ended = false;
   /** The link was open: its loss is news. */
   private linkedBefore = false;
@@ -72,7 +75,9 @@ export class App {
     const world = new World(robot, link, server);
     const pilot = new Pilot(robot, world, link, commander, (held) => place.classList.toggle("held", held));
     const orders = new Orders((level, text) => messages.add(level, text));
-    this.c = { robot, world, link, commander, pilot, messages, notices: new Notices(), orders };
+    this.c = { robot, world, replayed: "", link, commander, pilot, messages, notices: new Notices(), orders };
+    /** Of the robot, whatever is shown. */
+    const live = { ...this.c };
     const events = new Events(robot, link, commander, messages.log, (time) => server.when(time));
     commander.replied = (reply) => events.replied(reply);
     world.taps.diagnostics.push((array, time) => events.ended(array, time));
@@ -93,15 +98,28 @@ export class App {
     });
     this.view = new View(place, robot);
     this.drawing = new Drawing(this.c, this.view);
-    this.stop = new StopKey(this.c, () => pilot.gate.release("stop was pressed"));
+    this.stop = new StopKey(live, () => {
+      pilot.gate.release("stop was pressed");
+      this.replay.close("a stop was sent");
+    });
     new Devices(this.view, pilot, (by) => this.stop.press(by));
     this.hud = new Hud(this.c, this.view, (times) => this.drawing.setThickness(times));
-    const charts = new Charts(this.c);
+    const charts = new Charts(live);
     this.health = new Health(this.c, charts.loop);
     const clock = new Clock(robot, link, (milliseconds) => charts.setRoundTrip(milliseconds));
     const operate = new Operate(this.c);
     const run = new Run(this.c, this.view);
-    const recording = new Recording(this.c);
+    const footer = h("footer");
+    const show = (shown: Shown | null): void => {
+      this.c.world = shown?.world ?? world;
+      this.c.replayed = shown?.file ?? "";
+      root.classList.toggle("replaying", shown !== null);
+      footer.replaceChildren(bars.element, (shown?.charts ?? charts).element);
+      this.drawing.restart();
+    };
+    this.replay = new Replay(this.c, show, () => this.drawing.restart());
+    messages.log.urgent = (what) => this.replay.close(what);
+    const recording = new Recording(this.c, this.replay.list);
     const method = new MethodPanel(this.c);
     const hands = robot.capabilities.tips ? new Hands(this.c) : null;
     const header = new Header(this.c);
@@ -123,14 +141,17 @@ export class App {
     root.replaceChildren(
       header.element,
       this.stop.element,
+      this.replay.element,
       h("main", {}, h("div.stage", {}, place, this.hud.legend), run.controls, side),
-      h("footer", {}, bars.element, charts.element),
+      footer,
     );
+    footer.append(bars.element, charts.element);
     this.panels = [
       header,
       operate,
       run,
       recording,
+      this.replay,
       method,
       ...(hands ? [hands] : []),
       bars,
@@ -203,6 +224,7 @@ export class App {
     const now = performance.now();
     this.frames += 1;
     this.stop.update(now);
+    this.replay.tick(now);
     this.drawing.update(now);
     if (now - this.shownAt >= kShow) {
       this.shownAt = now;

@@ -12,6 +12,7 @@ const kFree: Situation = {
   phone: false,
   hidden: false,
   connected: true,
+  replay: false,
   live: true,
   lease: "mine",
   phase: Phase.running,
@@ -29,6 +30,7 @@ test("each condition forbids what it has to, with a reason, in all situations", 
       phone: coin(),
       hidden: coin(),
       connected: coin(),
+      replay: random() < 0.1,
       live: coin(),
       lease: (["mine", "free", "another's"] as const)[Math.floor(3 * random())]!,
       phase: Math.floor(5 * random()),
@@ -40,7 +42,8 @@ test("each condition forbids what it has to, with a reason, in all situations", 
       if (s.hidden && !kSafe.includes(deed)) expect(why).not.toBe("");
       if (s.lease !== "mine" && !["take", "pause", "disable", "homeDrives"].includes(deed)) expect(why).not.toBe("");
       if (s.refused(0) !== "" && deed !== "endTrajectory") expect(why).not.toBe("");
-      if (s.operator && s.phone) expect(why).toMatch(/^On a phone/);
+      if (s.operator && s.replay) expect(why).toMatch(/^A recording is shown/);
+      else if (s.operator && s.phone) expect(why).toMatch(/^On a phone/);
       if (!s.operator) expect(why).toMatch(/^Viewer/);
     }
   }

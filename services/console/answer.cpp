@@ -101,13 +101,14 @@ Answer answer(Context& context, const Request& request) {
     return refuse(context, 403, "viewers may not record");
   try {
     const auto path = std::string_view(request.path).substr(4);
-    if (const auto json = context.api(path, request.query, *decision.role, request.address))
-      return {200, "application/json", *json, {{"Cache-Control", "no-store"}}};
+    if (const auto found = context.api(path, request.query, *decision.role, request.address))
+      return {200, found->type, found->body, {{"Cache-Control", "no-store"}}, found->later};
   } catch (const std::invalid_argument& invalid) {
     return refuse(context, 400, invalid.what());
   }
   return refuse(context, 404,
-                "expected /api/robot, /api/trajectories, /api/shape, /api/recording, /api/stats or /api/clock");
+                "expected /api/robot, /api/trajectories, /api/shape, /api/recording, /api/recordings, "
+                "/api/stats or /api/clock");
 }
 
 }  // namespace tandem::console

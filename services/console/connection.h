@@ -283,7 +283,12 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
     if (websocket::is_upgrade(message))
       return upgrade(request, message);
     head_ = request.head;
-    send(answer(context_, request), known && message.keep_alive());
+    const Answer answered = answer(context_, request);
+    if (!answered.later)
+      return send(answered, known && message.keep_alive());
+    if (context_.slow >= kMaxSlow)
+      return send(refuse(context_, 503, "too many requests for recordings at a time"), false);
+    compute(answered, known && message.keep_alive());
   }
 
   void upgrade(const Request& request, const http::request<http::empty_body>& message) {
@@ -303,6 +308,25 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
     const auto socket =
         std::make_shared<WebSocket<Stream>>(std::move(stream_), context_, std::move(counter_), *decision.role, *rate);
     socket->start(message, *subprotocol);
+  }
+
+  /// Computes the body on the worker's thread, and sends it.
+  void compute(Answer answer, bool keep_alive) {
+    ++context_.slow;
+    beast::get_lowest_layer(stream_).expires_never();
+    net::post(context_.worker, [self = this->shared_from_this(), answer = std::move(answer), keep_alive]() mutable {
+      std::string why;
+      try {
+        answer.body = answer.later();
+      } catch (const std::exception& error) {
+        why = error.what();
+      }
+      net::post(self->stream_.get_executor(),
+                [self, answer = std::move(answer), keep_alive, why = std::move(why)]() mutable {
+                  --self->context_.slow;
+                  self->send(why.empty() ? answer : refuse(self->context_, 400, why), keep_alive);
+                });
+    });
   }
 
   void send(const Answer& answer, bool keep_alive) {

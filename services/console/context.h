@@ -4,6 +4,7 @@
 
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/ssl/context.hpp>
+#include <boost/asio/thread_pool.hpp>
 #include <list>
 #include <set>
 
@@ -29,12 +30,14 @@ struct Context {
   const Access& access;
   const Page& page;
   Server::Api api;
+  boost::asio::thread_pool& worker;  ///< one thread for slow answers: the sockets never wait for a file
   bool tls = false;
   std::set<std::shared_ptr<Session>> sessions{};
   std::size_t open = 0;  ///< connections of all kinds
   /// Connections without a decision on their access yet, the oldest first: functions that close them.
   std::list<std::function<void()>> unauthenticated{};
   std::uint64_t connections = 0, turned_away = 0, cut_off = 0;
+  std::size_t slow = 0;  ///< slow answers that wait or run
 };
 
 /** The parts of a request that an answer depends on. */
@@ -52,6 +55,7 @@ struct Answer {
   int status = 200;
   std::string type = "application/json", body;
   std::vector<std::pair<std::string, std::string>> headers{};
+  std::function<std::string()> later{};  ///< computes the body, on another thread; throws a reason
 };
 
 /// Answer to a request other than a WebSocket upgrade.

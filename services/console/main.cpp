@@ -11,6 +11,7 @@
 #include "services/console/api.h"
 #include "services/console/markers.h"
 #include "services/console/recording.h"
+#include "services/console/replay.h"
 #include "services/console/server.h"
 #include "services/console/shapes.h"
 #include "services/runtime/clock_request_handler.h"
@@ -97,6 +98,7 @@ class Console {
             setup.robot,
             runtime::ofAnyRobot(runtime::busOptions(setup.deployment, setup.name + "-recording", dds::Role::kConsole)),
             folderOfRecordings(setup.deployment)),
+        replay_(folderOfRecordings(setup.deployment), setup.deployment, dds::allTopics(config::armList(setup.robot))),
         server_(options_, hub_, access_, page_, [this](auto path, auto query, auto role, const auto& address) {
           return answer(path, query, role, address);
         }) {}
@@ -120,10 +122,10 @@ class Console {
     return options;
   }
 
-  std::optional<std::string> answer(std::string_view path,
-                                    std::string_view query,
-                                    dds::Role role,
-                                    const std::string& address) {
+  std::optional<console::Server::ApiAnswer> answer(std::string_view path,
+                                                   std::string_view query,
+                                                   dds::Role role,
+                                                   const std::string& address) {
     if (path == "/robot") {
       nlohmann::ordered_json robot = robot_;
       robot["session"] = std::to_string(setup_.session);
@@ -135,6 +137,8 @@ class Console {
       return trajectories_;
     if (path == "/shape")
       return shapes_.at(console::parameterOf(query, "joints"));
+    if (path.starts_with("/recordings"))
+      return answerReplay(path, std::string(query));
     if (path.starts_with("/recording"))
       return answerRecording(path, query);
     if (path == "/clock")
@@ -144,7 +148,21 @@ class Console {
     return std::nullopt;
   }
 
-  std::optional<std::string> answerRecording(std::string_view path, std::string_view query) {
+  std::optional<console::Server::ApiAnswer> answerReplay(std::string_view path, const std::string& query) {
+    constexpr const char* kJson = "application/json";
+    const auto text = [](const nlohmann::ordered_json& json) {
+      return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    };
+    if (path == "/recordings")
+      return console::Server::ApiAnswer([this, text] { return text(replay_.list()); }, kJson);
+    if (path == "/recordings/about")
+      return console::Server::ApiAnswer([this, text, query] { return text(replay_.describe(query)); }, kJson);
+    if (path == "/recordings/samples")
+      return console::Server::ApiAnswer([this, query] { return replay_.samples(query); }, "application/octet-stream");
+    return std::nullopt;
+  }
+
+  std::optional<console::Server::ApiAnswer> answerRecording(std::string_view path, std::string_view query) {
     if (path == "/recording/start")
       recording_.start();
     else if (path == "/recording/mark")
@@ -206,6 +224,7 @@ class Console {
   console::Hub hub_;
   console::Shapes shapes_;
   console::Recording recording_;
+  console::Replay replay_;  // used by the server's worker, which ends before
   console::Server server_;
   Load load_;
 };

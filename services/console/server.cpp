@@ -32,7 +32,7 @@ void expect(const Failed& error, const std::string& what) {
 
 struct Server::Impl {
   Impl(const config::Console& options, Hub& hub, const Access& access, const Page& page, Api api)
-      : context{hub, access, page, std::move(api), options.tls()} {
+      : context{hub, access, page, std::move(api), worker, options.tls()} {
     if (options.tls()) {
       tls.emplace(net::ssl::context::tls_server);
       Failed error;
@@ -135,6 +135,7 @@ struct Server::Impl {
 
   Context context;
   net::io_context io{1};
+  net::thread_pool worker{1};  // ends before the context and the sockets, which its functions use
   std::optional<net::ssl::context> tls;
   tcp::acceptor acceptor{io};
   net::steady_timer timer{io}, retry{io};

@@ -25,6 +25,7 @@ inline constexpr double kStallTime = 5.0;       ///< for a client to accept a fr
 /// Size limits; larger ones are cut off.
 inline constexpr std::size_t kMaxConnections = 100;              ///< authenticated connections
 inline constexpr std::size_t kMaxUnauthenticated = 30;           ///< connections without a valid token yet
+inline constexpr std::size_t kMaxSlow = 16;                      ///< slow answers at a time
 inline constexpr std::size_t kMaxHeader = 16 * 1024;             ///< bytes of a request
 inline constexpr std::size_t kMaxClientFrame = 2 * 1024 * 1024;  ///< bytes of a WebSocket message
 
@@ -47,10 +48,19 @@ struct ServerReport {
 /** Serves until `tick` returns a reason to end. All methods but run() are called within run()'s callbacks. */
 class Server {
  public:
-  /// Answer to a path below /api, as JSON; empty if there is no such path. @param address  of the client
+  /** Answer to a path below /api: JSON, or what a slow function returns, which runs on a thread of its own, one at a
+   * time, and throws std::exception with the reason of a refusal. */
+  struct ApiAnswer {
+    ApiAnswer(std::string json) : body(std::move(json)) {}  // NOLINT(google-explicit-constructor): an answer is a text
+    ApiAnswer(std::function<std::string()> slow, std::string media_type)
+        : type(std::move(media_type)), later(std::move(slow)) {}
+    std::string body, type = "application/json";
+    std::function<std::string()> later;
+  };
+  /// Empty if there is no such path. @param address  of the client
   /// @throw std::invalid_argument with the reason of an invalid query
   using Api = std::function<std::optional<
-      std::string>(std::string_view path, std::string_view query, dds::Role role, const std::string& address)>;
+      ApiAnswer>(std::string_view path, std::string_view query, dds::Role role, const std::string& address)>;
 
   /// Binds. All arguments must outlive the server.
   /// @throw std::invalid_argument with key and file of an invalid certificate or key, or with the address that cannot

@@ -72,6 +72,11 @@ class Preview(Operated):
         self.operate("page.js", "laptop", "preview", teleoperation=regions)
 
 
+class Replay(Operated):
+    def test_recordings_are_shown_as_such(self):
+        self.operate("page.js", "laptop", *os.environ.get("TANDEM_SCENES", "replay").split())
+
+
 class Catheters(Operated):
     def test_catheters_and_what_they_hold(self):
         self.operate("catheters.js", "ablation-pair", robot=system.PRESETS / "cooperative" / "ablation-pair.yaml")

@@ -85,11 +85,13 @@ void check(const console::Request& request, const console::Answer& answer, std::
 int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   static const Console ours;
   static std::uint64_t nothing = 0;
+  static boost::asio::thread_pool worker{1};
   // An answer asks the hub nothing.
   console::Context context{reinterpret_cast<console::Hub&>(nothing), ours.access(), ours.page(),
                            [](std::string_view path, std::string_view, dds::Role, const std::string&) {
                              return path == "/robot" ? std::optional(kData) : std::nullopt;
-                           }};
+                           },
+                           worker};
   const std::string_view bytes = fuzz::textOf(data, size);
   http::request_parser<http::empty_body> parser;
   parser.header_limit(console::kMaxHeader);

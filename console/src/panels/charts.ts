@@ -30,8 +30,13 @@ export class Charts implements Panel {
   private readonly roundTrip: StripChart;
   private last: { sequence: bigint; stamp: bigint } | null = null;
   private drawnAt = 0;
+  private readonly forgetTheme: () => void;
 
-  constructor(private readonly c: Context) {
+  /** @param present  newest time on the axes, s; absent: they run on from the newest sample */
+  constructor(
+    private readonly c: Context,
+    private readonly present?: () => number,
+  ) {
     const { element, loop } = this;
     const text = digits;
     this.error = this.make(element, { title: "task error, mm", traces: [...kNoTasks], least: 0, span: 0.1, text });
@@ -45,11 +50,17 @@ export class Charts implements Panel {
     const trip = { title: "round trip, ms", traces: there, least: 0, span: 5, text };
     this.roundTrip = this.make(loop, trip, kRoundTripGap);
     c.world.taps.status.push((status, time) => this.take(status, time));
-    whenThemeChanges(() => this.all.forEach((chart) => chart.recolour()));
+    this.forgetTheme = whenThemeChanges(() => this.all.forEach((chart) => chart.recolour()));
+  }
+
+  /** They are not shown any more. */
+  close(): void {
+    this.forgetTheme();
+    for (const chart of this.all) chart.close();
   }
 
   private make(place: HTMLElement, strip: Strip, gap = this.c.world.late / 1000): StripChart {
-    const chart = new StripChart(strip, gap, (text) => this.c.messages.announcer.event(text));
+    const chart = new StripChart(strip, gap, (text) => this.c.messages.announcer.event(text), this.present);
     place.append(chart.element);
     this.all.push(chart);
     return chart;

@@ -15,7 +15,10 @@ import type { Notices } from "./notices";
 
 export interface Context {
   robot: Robot;
+  /** Of what is shown: the robot, or a recording. */
   world: World;
+  /** The recording that is shown instead of the robot; empty: none. */
+  replayed: string;
   link: Link;
   commander: Commander;
   pilot: Pilot;
@@ -38,6 +41,7 @@ export function whyNot(c: Context, deed: Deed, now: number, arm = -1): string {
     phone: onPhone(),
     hidden: document.visibilityState === "hidden",
     connected: c.link.state === "open",
+    replay: c.replayed !== "",
     live: c.world.live(now),
     lease: c.commander.holds ? "mine" : owner === 0n ? "free" : "another's",
     phase: c.world.plan()?.phase ?? Phase.idle,

@@ -60,6 +60,7 @@ export class Header implements Panel {
   update(now: number): void {
     const { link, world, robot, commander } = this.c;
     const live = world.live(now);
+    if (this.c.replayed !== "") return this.showReplay();
     let text = `◉ LIVE ${robot.lock_step ? "· lock-step" : ""}`;
     if (link.state !== "open") text = `✕ NO LINK · ${ageText(age(link.receivedAt, now))}`;
     else if (world.heldBack(now)) text = `◔ OLD DATA · ${ageText(world.age(world.status, now))}`;
@@ -76,6 +77,16 @@ export class Header implements Panel {
     this.updateLease(now);
     setUsable(this.take, whyNot(this.c, commander.holds ? "release" : "take", now));
     setText(this.take, commander.holds ? "Release control" : "Take control");
+  }
+
+  /** Nothing here is said of the robot. */
+  private showReplay(): void {
+    setText(this.link, "⟲ REPLAY · not live");
+    setAttribute(this.link, "data-state", "replay");
+    this.updateArms(true);
+    setText(this.who, "Control: not in a replay");
+    setAttribute(this.who, "data-mine", "no");
+    setUsable(this.take, whyNot(this.c, "take", 0));
   }
 
   private updateArms(live: boolean): void {

@@ -5,7 +5,7 @@ import { nameOf, valuesOf } from "../state/descriptions";
 import { lackingProtections } from "../state/protections";
 import type { Context, Panel } from "./context";
 import { themeChoice } from "./theme";
-import { card, h, setAttribute, setText } from "./dom";
+import { card, h, setAttribute, setShown, setText } from "./dom";
 
 const kLevels = ["ok", "warning", "error", "stale"];
 
@@ -14,6 +14,8 @@ export class Health implements Panel {
   private readonly loop = h("dl.facts");
   private readonly guards = h("dl.facts");
   private readonly services = h("ul.services", { id: "services" });
+  /** Of the robot, not of a recording. */
+  private readonly live = card("Services", this.services);
   private readonly lacking = h("p.lacking", { id: "lacking" });
   private readonly known = new Map<string, { row: HTMLElement; at: number }>();
   private readonly facts = new Map<string, HTMLElement>();
@@ -30,7 +32,7 @@ export class Health implements Panel {
       card("Loop", this.loop, charts),
       card("Guards of the drives", this.guards),
       card("Protections that drives lack", this.lacking),
-      card("Services", this.services),
+      this.live,
       card("This page", h("div.line", {}, h("span", {}, "colours"), themeChoice())),
     );
     c.world.taps.diagnostics.push((array) => {
@@ -69,6 +71,7 @@ export class Health implements Panel {
     const { world } = this.c;
     const status = world.controlStatus();
     const hal = world.halStatus();
+    setShown(this.live, this.c.replayed === "");
     if (status) {
       this.fact(this.loop, "period", `${(1e3 * status.period).toFixed(2)} ms`);
       this.fact(this.loop, "cycles", `${status.cycles}, ${status.overruns} overruns`);

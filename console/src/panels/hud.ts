@@ -110,7 +110,9 @@ export class Hud implements Panel {
     const live = world.live(now);
     setClass(this.element.parentElement ?? this.element, "past", !live);
     setShown(this.curtain, !live);
-    if (!live) {
+    if (!live && this.c.replayed !== "")
+      setText(this.curtain, "REPLAY. At this time of the recording there is no data from control and drives.");
+    else if (!live) {
       const old = ageText(world.status.at < 0 ? age(link.receivedAt, now) : world.age(world.status, now));
       const what =
         link.state !== "open"

@@ -113,7 +113,7 @@ export class Operate implements Panel {
       .map((arm, k) => ({ name: shortName(arm.name), text: status ? idleText(status, k) : "" }))
       .filter(({ text }) => text !== "");
     const idling = idle.map(({ name, text }) => `Arm ${name} ${text}`).join("; ");
-    if (this.idle.hidden && idling !== "") this.c.messages.add("bad", idling);
+    if (this.idle.hidden && idling !== "" && this.c.replayed === "") this.c.messages.add("bad", idling);
     setShown(this.idle, idling !== "");
     setText(this.idle, idling);
     this.updateButtons(now);

@@ -89,6 +89,7 @@ export class Preview {
   private whyNot(now: number, chosen: boolean, runs: boolean): string {
     if (!this.c.robot.capabilities.computation) return "planning has no checks for this type of robot.";
     if (!mayCommand(this.c.robot)) return "a viewer's page cannot ask for it.";
+    if (this.c.replayed !== "") return "a recording is shown.";
     if (!this.c.world.live(now)) return "the robot's data is out of date.";
     if (runs) return "a trajectory runs.";
     return chosen || this.c.commander.holds ? "" : "take control, or choose a trajectory.";

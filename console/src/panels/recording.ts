@@ -25,7 +25,11 @@ export class Recording implements Panel {
   /** performance.now() of the last request */
   private asked = -Infinity;
 
-  constructor(private readonly c: Context) {
+  /** @param replay  the recordings that can be shown */
+  constructor(
+    private readonly c: Context,
+    replay: HTMLElement,
+  ) {
     this.toggle = action(
       "Start recording",
       "Record all topics to a file on the robot's machine",
@@ -39,7 +43,13 @@ export class Recording implements Panel {
     );
     this.mark.id = "record-mark";
     this.text.addEventListener("keydown", (event) => event.key === "Enter" && void this.put());
-    this.element = card("Recording", h("div.row", {}, this.toggle), h("div.row", {}, this.text, this.mark), this.shown);
+    this.element = card(
+      "Recording",
+      h("div.row", {}, this.toggle),
+      h("div.row", {}, this.text, this.mark),
+      this.shown,
+      replay,
+    );
   }
 
   private async put(): Promise<void> {

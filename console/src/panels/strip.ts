@@ -49,6 +49,8 @@ export class StripChart {
     private readonly strip: Strip,
     gap: number,
     private readonly say: (text: string) => void,
+    /** Newest time on the axis, s; absent: it runs on from the newest sample. */
+    private readonly present?: () => number,
   ) {
     this.history = new History(strip.traces.length, kWindow, kStep, gap);
     this.keys = strip.traces.map(() => {
@@ -154,8 +156,13 @@ export class StripChart {
     return value;
   }
 
+  close(): void {
+    this.plot.destroy();
+  }
+
   /** Newest time on the axis. */
   private now(): number {
+    if (this.present) return this.present();
     return this.cameAt < 0 ? 0 : this.newest + (performance.now() - this.cameAt) / 1000;
   }
   /** @param time  when the server received it, ms */

@@ -38,8 +38,13 @@ export function themeChoice(): HTMLElement {
   return choice.element;
 }
 
-/** Calls when the colours have changed: what is drawn on a canvas is drawn again. */
-export function whenThemeChanges(call: () => void): void {
+/** Calls when the colours have changed: what is drawn on a canvas is drawn again. @returns what ends the calls */
+export function whenThemeChanges(call: () => void): () => void {
+  const system = matchMedia("(prefers-color-scheme: light)");
   window.addEventListener(kChanged, call);
-  matchMedia("(prefers-color-scheme: light)").addEventListener("change", call);
+  system.addEventListener("change", call);
+  return () => {
+    window.removeEventListener(kChanged, call);
+    system.removeEventListener("change", call);
+  };
 }

@@ -27,6 +27,15 @@ export class Drawing {
     this.again = true;
   }
 
+  /** What is drawn comes from elsewhere, or from another time: the trails do not lead here. */
+  restart(): void {
+    this.seen.clear();
+    this.view.arms.forEach((arm) => arm.clearTrail());
+    this.view.guides.setPath({ poses: [] });
+    this.view.guides.setClearances(null);
+    this.again = true;
+  }
+
   private news(slot: Slot): boolean {
     if (slot.at < 0 || this.seen.get(slot) === slot.count) return false;
     this.seen.set(slot, slot.count);

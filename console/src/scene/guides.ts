@@ -80,7 +80,7 @@ export class Guides {
     this.group.add(this.ghost, this.path, this.relativeNow.object, this.relativeWanted.object, this.near.object);
   }
 
-  setPath(path: Path): void {
+  setPath(path: Pick<Path, "poses">): void {
     const count = Math.min(path.poses.length, kMostPath);
     path.poses.slice(0, count).forEach(({ pose: { position: p } }, i) => this.pathPoints.set([p.x, p.y, p.z], 3 * i));
     this.path.geometry.getAttribute("position").needsUpdate = true;

@@ -102,6 +102,7 @@ export class Events {
   private stopped({ client, reason }: Stop, time: number): void {
     if (client === this.commander.client || !this.fresh(`stop ${client}`, time)) return;
     this.log.add("bad", `Stop: ${reason}`, this.who(client), this.when(time));
+    this.log.urgent(`Stop: ${reason}`);
   }
 
   private requested(request: ControlRequest, time: number): void {

@@ -34,6 +34,8 @@ export class Log {
   version = 0;
   /** Called with each new entry. */
   added: (entry: Entry) => void = () => {};
+  /** Called with what everybody has to see at once: an alarm, a stop of the robot. */
+  urgent: (what: string) => void = () => {};
 
   constructor(private readonly most = kMost) {}
 
@@ -50,6 +52,7 @@ export class Log {
     }
     this.version += 1;
     this.added(entry);
+    if (level === "alarm") this.urgent(`${source}: ${text}`);
   }
 
   /** In the order in which they came. */

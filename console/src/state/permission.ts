@@ -48,6 +48,8 @@ export interface Situation {
   /** The tab is in the background, or the window minimized. */
   hidden: boolean;
   connected: boolean;
+  /** A recording is shown instead of the robot. */
+  replay: boolean;
   /** Data of control and drives is current. */
   live: boolean;
   lease: "mine" | "free" | "another's";
@@ -61,6 +63,7 @@ export interface Situation {
 export function whyNotNow(deed: Deed, s: Situation): string {
   const rule: Rule = kRules[deed];
   if (!s.operator) return "Viewer: this page can read and stop, but not command.";
+  if (s.replay) return "A recording is shown, not the robot: return to live first.";
   if (s.phone) return "On a phone, this page can watch and stop, but not command.";
   if (s.hidden && !rule.unseen) return "This page is hidden.";
   if (!s.connected) return "There is no connection to the server.";
@@ -70,3 +73,7 @@ export function whyNotNow(deed: Deed, s: Situation): string {
   if (rule.phases && !rule.phases[0].includes(s.phase)) return rule.phases[1];
   return rule.action === undefined ? "" : s.refused(rule.action);
 }
+
+/** Reason why a recording cannot be shown now; empty if it can: who commands the robot watches it. */
+export const whyNoReplay = ({ lease }: Pick<Situation, "lease">): string =>
+  lease === "mine" ? "This page has control: release it first." : "";

@@ -159,9 +159,15 @@ export const parametersOf = (robot: Robot, method: string): Parameter[] =>
 export class TokenRequired extends Error {}
 
 /** @param query  of the path @throw TokenRequired, or Error with the address, the reply, and the reason in it. */
-export async function fetchJson<T>(path: string, query = "", method: "GET" | "POST" = "GET"): Promise<T> {
+export const fetchJson = async <T>(path: string, query = "", method: "GET" | "POST" = "GET"): Promise<T> =>
+  (await (await fetchAnswer(path, query, method)).json()) as T;
+/** As above. */
+export const fetchBytes = async (path: string, query: string): Promise<ArrayBuffer> =>
+  (await fetchAnswer(path, query, "GET")).arrayBuffer();
+
+async function fetchAnswer(path: string, query: string, method: string): Promise<Response> {
   const answer = await fetch(query === "" ? path : `${path}?${query}`, { cache: "no-store", method });
-  if (answer.ok) return (await answer.json()) as T;
+  if (answer.ok) return answer;
   const why = (await answer.json().catch(() => ({}))) as { error?: string };
   if (answer.status === 401) throw new TokenRequired(why.error);
   throw new Error(

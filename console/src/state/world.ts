@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** All received data by topic, with its age. */
-import type { Link, Slot } from "../wire/link";
+import type { Slot, Source } from "../wire/link";
 import type {
   ActuationLimits,
   Clearances,
@@ -67,8 +67,8 @@ export class World {
 
   constructor(
     readonly robot: Robot,
-    readonly link: Link,
-    readonly server: ServerClock,
+    readonly link: Source,
+    readonly server: Pick<ServerClock, "age">,
   ) {
     const topic = (name: string): string => `/${robot.prefix}/${name}`;
     this.status = link.subscribe<ControlStatus>(

@@ -19,6 +19,8 @@ export class Slot {
   time = 0;
   count = 0;
   bytes = 0;
+  /** Of the server's advertisement; -1: none yet. */
+  channel = -1;
   private frame: DataView | null = null;
   private decoded: unknown = undefined;
   reader: MessageReader | null = null;
@@ -65,6 +67,13 @@ interface Publisher {
   writer: MessageWriter;
 }
 
+/** Where samples come from: the link, or a recording. */
+export interface Source {
+  readonly state: LinkState;
+  /** @param listener  receives every sample that comes, and when the server received it; without one only the latest is decoded */
+  subscribe<T>(topic: string, listener?: (message: T, time: number) => void, rate?: number): Slot;
+}
+
 export interface LinkEvents {
   state(state: LinkState, reason: string): void;
   status(level: number, message: string): void;
@@ -80,7 +89,7 @@ const kGiveUp = 4000; // ms to connect; with a stopped server the handshake does
 const kLook = 500; // ms
 const kSilentLooks = 10;
 
-export class Link {
+export class Link implements Source {
   state: LinkState = "connecting";
   /** Why the last connection ended; empty while there is one. */
   ended = "";
@@ -108,6 +117,8 @@ export class Link {
     this.slots.set(topic, slot);
     return slot;
   }
+  /** Of a subscribed topic. */
+  slot = (topic: string): Slot | undefined => this.slots.get(topic);
   /** Before open(). The definition is parsed from the texts in idl/msg, against which C++ is tested. */
   publisher(topic: string, schemaName: string, schema: string): void {
     const writer = new MessageWriter(parse(schema, { ros2: true }));
@@ -230,6 +241,7 @@ export class Link {
       return;
     }
     slot.reader = new MessageReader(parse(channel.schema, { ros2: true }));
+    slot.channel = channel.id;
     const id = this.nextId++;
     this.bySubscription.set(id, slot);
     this.socket?.send(subscribeText(id, channel.id, slot.rate));

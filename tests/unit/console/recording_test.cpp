@@ -88,11 +88,13 @@ TEST(RequestsThatRecord, ArePostsOfOperators) {
   const Access access(options, false, {});
   const Page page("");
   std::vector<std::string> asked;
+  boost::asio::thread_pool worker{1};
   Context context{*reinterpret_cast<Hub*>(&asked), access, page,
                   [&](std::string_view path, std::string_view, dds::Role, const std::string&) {
                     asked.emplace_back(path);
                     return std::optional<std::string>("{}");
-                  }};
+                  },
+                  worker};
   const auto status = [&](const std::string& path, bool post, const std::string& origin = "") {
     Request request;
     request.get = !post;
@@ -109,7 +111,10 @@ TEST(RequestsThatRecord, ArePostsOfOperators) {
   EXPECT_TRUE(asked.empty());
   EXPECT_EQ(status("/api/recording/start", true, "http://127.0.0.1:8765"), 200);
   EXPECT_EQ(status("/api/recording", false), 200);
-  EXPECT_EQ(asked, (std::vector<std::string>{"/recording/start", "/recording"}));
+  EXPECT_EQ(status("/api/recordings/about", true), 405);
+  EXPECT_EQ(status("/api/recordings/samples", false, "http://evil.example"), 403);
+  EXPECT_EQ(status("/api/recordings", false), 200);
+  EXPECT_EQ(asked, (std::vector<std::string>{"/recording/start", "/recording", "/recordings"}));
 }
 
 TEST(Decoded, ReversesPercentEncoding) {

@@ -1,0 +1,236 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/console/replay.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <set>
+#include <stdexcept>
+
+#include "config/values.h"
+#include "services/console/access.h"
+#include "services/console/decimation.h"
+#include "services/console/protocol.h"
+#include "services/recordings/run_file.h"
+
+namespace tandem::console {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+using Clock = std::chrono::steady_clock;
+
+constexpr const char* kEnding = ".mcap";
+constexpr std::size_t kLongestName = 200, kLongestTopics = 2000, kMostMarks = 1000;
+constexpr double kLatest = 9e12;  // ms since the epoch; as ns it fits 64 bits
+
+[[noreturn]] void fail(const std::string& what) { throw std::invalid_argument(what); }
+
+/// A file name: no path leaves the folder.
+std::string nameIn(std::string_view query) {
+  const std::string name = decoded(parameterOf(query, "file"));
+  const bool plain = std::all_of(name.begin(), name.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+           std::string_view("-_.+").find(c) != std::string_view::npos;
+  });
+  if (name.empty() || name.size() > kLongestName || !plain || name.front() == '.' || !name.ends_with(kEnding))
+    fail("file: expected the name of a recording in the folder, as /api/recordings lists them");
+  return name;
+}
+
+double numberIn(std::string_view query, const char* name, double least, double most) {
+  const std::string text(parameterOf(query, name));
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !(value >= least && value <= most))
+    fail(std::string(name) + ": found '" + text.substr(0, 40) + "', expected a number from " + std::to_string(least) +
+         " to " + std::to_string(most));
+  return value;
+}
+
+std::set<std::uint32_t> channelsIn(std::string_view query, std::size_t count) {
+  const std::string text = decoded(parameterOf(query, "topics")).substr(0, kLongestTopics);
+  std::set<std::uint32_t> channels;
+  for (const char* at = text.c_str(); *at != '\0';) {
+    char* end = nullptr;
+    const unsigned long channel = std::strtoul(at, &end, 10);
+    if (end == at || (*end != ',' && *end != '\0') || channel >= count)
+      fail("topics: expected numbers of channels below " + std::to_string(count) + ", separated by commas");
+    channels.insert(static_cast<std::uint32_t>(channel));
+    at = *end == ',' ? end + 1 : end;
+  }
+  return channels;
+}
+
+std::map<std::string, std::string> runOf(const recording::Reader& reader) {
+  for (const recording::Metadata& metadata : reader.metadata()) {
+    if (metadata.name == recordings::kRunMetadata)
+      return metadata.values;
+  }
+  return {};
+}
+
+std::string valueIn(const std::map<std::string, std::string>& values, const std::string& key) {
+  const auto found = values.find(key);
+  return found == values.end() ? "" : found->second;
+}
+
+double milliseconds(std::uint64_t time) { return 1e-6 * static_cast<double>(time); }
+
+Json marksOf(const recording::Reader& reader) {
+  Json marks = Json::array();
+  for (const recording::Metadata& metadata : reader.metadata()) {
+    if (metadata.name.starts_with("mark ") && marks.size() < kMostMarks)
+      marks.push_back({{"time_ms", 1e-6 * std::strtod(valueIn(metadata.values, "time_ns").c_str(), nullptr)},
+                       {"text", valueIn(metadata.values, "text")}});
+  }
+  return marks;
+}
+
+template <class Number>
+void append(std::string& out, Number value) {
+  for (std::size_t k = 0; k < sizeof value; ++k)
+    out.push_back(static_cast<char>(value >> (8 * k)));
+}
+
+}  // namespace
+
+std::string beginSamples(std::uint64_t reached) {
+  std::string answer;
+  append(answer, reached);
+  return answer;
+}
+
+void appendSample(std::string& answer, std::uint32_t channel, std::uint64_t time, std::string_view cdr) {
+  const MessageHeader header = messageHeader(channel, time);
+  append(answer, static_cast<std::uint32_t>(header.size() + cdr.size()));
+  answer.append(reinterpret_cast<const char*>(header.data()), header.size());
+  answer += cdr;
+}
+
+Replay::Replay(fs::path folder, const config::Deployment& deployment, const std::vector<dds::TopicInfo>& topics)
+    : folder_(std::move(folder)), deployment_(deployment), topics_(topics) {}
+
+Json Replay::list() const {
+  std::vector<std::pair<std::string, std::uintmax_t>> files;
+  std::error_code error;
+  for (fs::directory_iterator entry(folder_, error), end; !error && entry != end; entry.increment(error)) {
+    std::error_code unreadable;
+    if (entry->path().extension() == kEnding && entry->is_regular_file(unreadable))
+      files.emplace_back(entry->path().filename().string(), entry->file_size(unreadable));
+  }
+  std::sort(files.rbegin(), files.rend());  // names begin with the time
+  Json list = Json::array();
+  for (const auto& [name, size] : files)
+    list.push_back({{"file", name}, {"bytes", size}});
+  return {{"folder", folder_.string()}, {"recordings", list}};
+}
+
+/// Why a recording cannot be shown as one of this robot; empty if it can.
+std::string Replay::whyNot(const recording::Reader& reader) const {
+  const auto run = runOf(reader);
+  const std::string recorded = valueIn(run, "fingerprint");
+  if (recorded.empty())
+    return "is no recording of Tandem, or of a version that did not record the robot's fingerprint";
+  // Messages of another version of the wire are converted: only robot and deployment count.
+  const std::uint64_t wire = std::strtoull(valueIn(run, "wire").c_str(), nullptr, 16);
+  if (recorded != config::fingerprintText(config::fingerprintOf(deployment_.values, wire)))
+    return "is of another robot or deployment: " + valueIn(run, "robot") + " · " + valueIn(run, "deployment") +
+           ", recorded " + valueIn(run, "created") +
+           ". This page can show only those of its own robot and deployment, whose values are all the same; the "
+           "recorded configuration is in the file (tandem info --attachment)";
+  return reader.statistics().messages == 0 ? "contains no messages" : "";
+}
+
+Replay::Opened& Replay::open(std::string_view query) {
+  const std::string name = nameIn(query);
+  std::error_code error;
+  // Symbolic links may point outside the folder.
+  const fs::path path = fs::canonical(folder_ / name, error);
+  if (error || path.parent_path() != fs::canonical(folder_, error) || !fs::is_regular_file(path, error))
+    fail(name + ": found no such file in the folder of recordings");
+  const auto changed = fs::last_write_time(path, error);
+  const std::uintmax_t size = fs::file_size(path, error);
+  if (error)
+    fail(name + ": " + error.message());
+  if (opened_.reader && opened_.path == path && opened_.changed == changed && opened_.size == size)
+    return opened_;
+  opened_ = {};
+  try {
+    Opened opened{path, changed, size, nullptr, nullptr, {}};
+    opened.reader = std::make_unique<recording::Reader>(
+        path, size > kUnindexed ? recording::Reader::Open::kIndexed : recording::Reader::Open::kFast, kMemory);
+    if (const std::string why = whyNot(*opened.reader); !why.empty())
+      fail(name + ": " + why);
+    opened.upgrader = std::make_unique<recordings::MessageUpgrader>(*opened.reader);
+    const std::string prefix = valueIn(runOf(*opened.reader), "prefix");
+    for (const auto& [id, channel] : opened.reader->channels()) {
+      const auto schema = opened.reader->schemas().find(channel.schema);
+      for (std::uint32_t k = 0; k < topics_.size(); ++k) {
+        if (channel.encoding == "cdr" && schema != opened.reader->schemas().end() &&
+            schema->second.name == topics_[k].type && channel.topic == dds::rosTopicName(prefix, topics_[k].name))
+          opened.channels[id] = k;
+      }
+    }
+    opened_ = std::move(opened);
+  } catch (const recording::Error& unusable) {
+    fail(unusable.what());
+  }
+  return opened_;
+}
+
+Json Replay::describe(std::string_view query) {
+  const Opened& file = open(query);
+  const auto run = runOf(*file.reader);
+  const recording::Statistics& statistics = file.reader->statistics();
+  return {{"file", file.path.filename().string()},    {"robot", valueIn(run, "robot")},
+          {"deployment", valueIn(run, "deployment")}, {"start_ms", milliseconds(statistics.start)},
+          {"end_ms", milliseconds(statistics.end)},   {"messages", statistics.messages},
+          {"marks", marksOf(*file.reader)},           {"damage", file.reader->damage()}};
+}
+
+std::string Replay::samples(std::string_view query) {
+  Opened& file = open(query);
+  const double rate = numberIn(query, "rate", kLeastRate, kMostRate);
+  const std::set<std::uint32_t> wanted = channelsIn(query, topics_.size());
+  recording::Selection selection;
+  selection.from = static_cast<std::uint64_t>(1e6 * numberIn(query, "from", 0.0, kLatest));
+  selection.to = static_cast<std::uint64_t>(1e6 * numberIn(query, "to", 0.0, kLatest));
+  selection.channel = [&](const recording::Channel& channel) {
+    const auto known = file.channels.find(channel.id);
+    return known != file.channels.end() && wanted.contains(known->second);
+  };
+  std::map<std::uint32_t, Decimation> decimations;
+  std::string answer;
+  std::uint64_t reached = selection.to, last = 0;
+  const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(kTime));
+  try {
+    file.reader->forEach(selection, [&](const recording::Channel& channel, const recording::Message& message) {
+      // All samples of one time are in one answer, and at least those of one.
+      if (last != 0 && message.log_time > last && (answer.size() > kAnswer || Clock::now() > end)) {
+        reached = message.log_time;
+        return false;
+      }
+      last = message.log_time;
+      const std::uint32_t k = file.channels.at(channel.id);
+      const auto cdr = (*file.upgrader)(channel, message.data);
+      if (!cdr)
+        return true;  // does not fit its definition
+      const bool may_lose =
+          topics_[k].profile == dds::Profile::kPeriodic || topics_[k].profile == dds::Profile::kCommand;
+      auto& decimation =
+          decimations.try_emplace(k, may_lose ? static_cast<std::uint64_t>(1e9 / rate) : 0).first->second;
+      const HubSample sample{std::make_shared<const std::string>(*cdr), message.log_time};
+      for (const HubSample& selected :
+           decimation.take(sample, decimation.limited() ? featuresOf(topics_[k].type, *cdr) : SampleFeatures{}))
+        appendSample(answer, k, selected.time, *selected.bytes);
+      return true;
+    });
+  } catch (const recording::Error& unusable) {
+    fail(unusable.what());
+  }
+  return beginSamples(reached) + answer;
+}
+
+}  // namespace tandem::console

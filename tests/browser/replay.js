@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes of a replay: what it shows is what was recorded, it is never taken for the robot, and the robot comes first.
+"use strict";
+const assert = require("node:assert");
+const { spawnSync } = require("node:child_process");
+const fs = require("node:fs");
+const path = require("node:path");
+
+const kLocked = /A recording is shown, not the robot: return to live first\./;
+
+module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }) => {
+  const page = () => me().page;
+  let file = ""; // of the recording
+  const list = async () => {
+    await me().tab("operate");
+    await page().$eval("#replay-list", (details) => (details.open = false));
+    await page().click("#replay-list > summary");
+    await page().waitForSelector(`[data-file="${path.basename(file)}"]`);
+  };
+  const release = async () => {
+    if (/this page/.test(await page().textContent("#lease"))) await me().press("#take");
+    await me().text("#lease", /Control: free/);
+  };
+  const open = async () => {
+    await release();
+    await list();
+    await me().press(`[data-file="${path.basename(file)}"]`);
+    await me().state("#link", "replay");
+  };
+  const seek = (seconds) =>
+    page().$eval(
+      "#replay-scrub",
+      (input, value) => {
+        input.value = String(value);
+        input.dispatchEvent(new Event("input"));
+      },
+      seconds,
+    );
+  /** The shown time, s from the beginning of the recording, once it is in a range and its samples are there. */
+  const shownTime = async (least, most = Infinity) => {
+    const found = await page().waitForFunction(
+      ([from, to]) => {
+        const text = document.querySelector("#replay-time").textContent;
+        const [, minutes, seconds] = /^(\d+):([\d.]+) of/.exec(text) ?? [];
+        const time = 60 * Number(minutes) + Number(seconds);
+        return !/loading/.test(text) && time >= from && (to === null || time <= to) ? { time } : null;
+      },
+      [least, Number.isFinite(most) ? most : null],
+    );
+    return (await found.jsonValue()).time;
+  };
+  /** Recorded translations of an arm, mm, by `tandem export`: [s from the first message, value of each]. */
+  const recorded = (arm) => {
+    const folder = path.join(path.dirname(setting.deployment), `export-${arm}`);
+    const done = spawnSync(
+      path.join(setting.bin, "tandem"),
+      ["export", file, "--csv", folder, "-t", `${arm}/measured_js`],
+      {
+        encoding: "utf8",
+      },
+    );
+    assert.strictEqual(done.status, 0, done.stderr);
+    const table = fs.readdirSync(folder).find((name) => name.includes("measured_js"));
+    const [head, ...rows] = fs.readFileSync(path.join(folder, table), "utf8").trim().split(/\r?\n/);
+    const columns = head.split(",");
+    const wanted = columns.flatMap((name, k) => (/^position.*beta/.test(name) ? [k] : []));
+    assert.strictEqual(wanted.length, 3, head);
+    return rows.map((row) => {
+      const cells = row.split(",");
+      return [Number(cells[columns.indexOf("time_s")]), ...wanted.map((k) => 1000 * Number(cells[k]))];
+    });
+  };
+
+  return {
+    async "replay: a recording is made, and who commands cannot look at the past"() {
+      await takeControl();
+      await me().press("#record");
+      await me().text("#recording", /● RECORDING \d+ s, [1-9]/);
+      await run();
+      await page().fill("#record-mark-text", "it runs");
+      await me().press("#record-mark");
+      await me().text("#progress", /point [3-9]\d/);
+      robot().command("stop");
+      await robot().states("FAULT");
+      await me().text("#recording", /[1-9]\d s|[6-9] s/);
+      await me().press("#record");
+      await me().text("#recording", /^Recorded/);
+      file = await page().getAttribute("#recording", "title");
+      await list();
+      const refused = `[data-file="${path.basename(file)}"][aria-disabled="true"][title="This page has control: release it first."]`;
+      let found = null; // a busy machine loses the lease
+      for (let attempt = 0; attempt < 10 && !found; ++attempt) {
+        await takeControl();
+        found = await page()
+          .waitForSelector(refused, { timeout: 3000 })
+          .catch(() => null);
+      }
+      assert.ok(found, "a page that has control can start a replay");
+    },
+
+    async "replay: it is said to be one, and all commands are locked"() {
+      await open();
+      assert.strictEqual(await page().textContent("#link"), "⟲ REPLAY · not live");
+      assert.strictEqual(await page().textContent("#replay-file"), path.basename(file));
+      await me().text("#replay-when", /recorded \w+day,? \d+ \w+ 20\d\d.* \d\d:\d\d:\d\d/);
+      const frame = await page().evaluate(
+        () => getComputedStyle(document.querySelector("#app"), "::after").borderTopWidth,
+      );
+      assert.strictEqual(frame, "5px");
+      for (const command of ["#take", "#enable", "#disable", "#pause", "#home", "#run-start", "#run-end", ".jog"])
+        await page().waitForFunction(
+          ([of, why]) => {
+            const one = document.querySelector(of);
+            return one.getAttribute("aria-disabled") === "true" && new RegExp(why).test(one.title);
+          },
+          [command, kLocked.source],
+        );
+      assert.ok(!/LIVE/.test(await page().evaluate(() => document.body.innerText)), "something says LIVE");
+      assert.ok(await page().locator("#stop").isVisible());
+    },
+
+    async "replay: what is shown is what was recorded, at any time"() {
+      const rows = recorded("arm_a");
+      const length = rows.at(-1)[0];
+      let largest = 0;
+      for (const share of [0.95, 0.2, 0.6, 0.85, 0.4]) {
+        await seek(share * length);
+        const time = await shownTime(share * length - 0.02, share * length + 0.02);
+        const near = rows.filter(([at]) => Math.abs(at - time) < 0.12);
+        await page().waitForFunction(
+          ([all]) => {
+            const shown = [...document.querySelectorAll(".actuators:first-child .bar .number")].map((one) =>
+              parseFloat(one.textContent),
+            );
+            return all.some((row) => [1, 2, 3].every((k) => Math.abs(row[k] - shown[k - 1]) < 0.006));
+          },
+          [near],
+        );
+        largest = Math.max(largest, ...rows[0].slice(1).map((q, k) => Math.abs(near[0][k + 1] - q)));
+      }
+      assert.ok(largest > 0.1, `the recorded arm moved by ${largest} mm only: this compares nothing`);
+      await me().waitForScene("both arms drawn", (s) => s.blue > 100 && s.orange > 100);
+    },
+
+    async "replay: it runs at a speed, stands, and steps"() {
+      await seek(1);
+      await shownTime(0.9, 1.1);
+      await me().choose("replay-speed", "2");
+      const began = Date.now();
+      await page().click("#replay-play");
+      const reached = await shownTime(4);
+      const took = (Date.now() - began) / 1000;
+      assert.ok(reached - 1 < 2.2 * took + 0.6, `${reached - 1} s of the recording in ${took} s`);
+      await seek(2);
+      await shownTime(2);
+      if ((await page().textContent("#replay-play")) === "Pause") await page().click("#replay-play");
+      await seek(2);
+      const stands = await shownTime(1.9, 2.1);
+      await page().click("#replay-step");
+      const next = await shownTime(stands + 0.01);
+      assert.ok(next - stands < 0.3, `a step of ${next - stands} s`);
+      await page().click("#replay-back");
+      await shownTime(0, next - 0.01);
+      await me().choose("replay-speed", "10");
+      await page().click("#replay-play");
+      await page().waitForFunction(() => document.querySelector("#replay-play").textContent === "Play"); // at the end
+      await me().text("footer .chart:last-child .key", /cycle *0\.\d/); // the newest value, and it stays
+    },
+
+    async "replay: marks, runs, stops and faults are found, and lead to their time"() {
+      await me().text("#replay-events", /⚑ \d+:\d\d\.\d\d it runs/);
+      await me().text("#replay-events", /▶ [^▶]*A trajectory runs[^]*■ [^■]*Stop: tandem robot stop/);
+      await page().locator('#replay-events [data-kind="mark"] button').click();
+      await me().text("#progress", /running · point \d+ of 100/);
+      await me().text("#replay-events", /✕ \d+:\d\d\.\d\d Arm A: stop_requested/);
+      const button = page().locator('#replay-events [data-kind="fault"] button').first();
+      const [, minutes, seconds] = /(\d+):([\d.]+)/.exec(await button.textContent());
+      await button.click();
+      const at = 60 * Number(minutes) + Number(seconds);
+      await shownTime(at - 0.02, at + 0.02);
+      await page().waitForSelector('.arm[data-arm="arm_a"][data-state="FAULT"]');
+      await shot("console-replay");
+      await page().click("#replay-end");
+      await me().state("#link", "live");
+      assert.strictEqual(await page().locator("#replay").isVisible(), false);
+    },
+
+    async "replay: a stop of the robot ends it and is said, and so does an own stop, which stops"() {
+      await enable();
+      await open();
+      robot().command("stop");
+      await me().state("#link", "live");
+      await me().said(/Replay of .* has ended: .*stop/i);
+      await page().waitForSelector('[data-fault="arm_a"]:not([hidden])');
+      await enable();
+      await open();
+      await page().keyboard.press("Escape");
+      await robot().until("stop", (s) => s.arms.every((arm) => /stop_requested/.test(arm.faults)));
+      await me().text("#stop-note", /confirmed after \d+ ms/);
+      await me().state("#link", "live");
+      await takeControl();
+    },
+
+    async "replay: files that cannot be shown are refused with the reason"() {
+      const folder = path.dirname(file);
+      const bytes = fs.readFileSync(file);
+      const archive = path.join(__dirname, "../archive/5e7986a/recordings/lock-step.mcap");
+      fs.writeFileSync(path.join(folder, "garbage.mcap"), "no recording");
+      fs.writeFileSync(path.join(folder, "cut.mcap"), bytes.subarray(0, bytes.length / 2));
+      fs.copyFileSync(archive, path.join(folder, "old.mcap"));
+      const { fingerprint } = await (await fetch(`${server.url}/api/robot`)).json();
+      const of = (text) => Buffer.from(text, "latin1");
+      fs.writeFileSync(
+        path.join(folder, "other.mcap"),
+        of(bytes.toString("latin1").replace(fingerprint, "0123456789abcdef")),
+      );
+      fs.symlinkSync("/etc/passwd", path.join(folder, "passwd.mcap"));
+      const ask = async (what) => {
+        const answer = await fetch(`${server.url}/api/recordings/${what}`);
+        return [answer.status, await answer.text()];
+      };
+      for (const [query, reason] of [
+        ["about?file=garbage.mcap", /no MCAP file/],
+        ["about?file=other.mcap", /another robot or deployment: ark2024 · laptop, recorded 20/],
+        ["about?file=old.mcap", /of a version that did not record the robot's fingerprint/],
+        ["about?file=passwd.mcap", /no such file in the folder/],
+        ["about?file=none.mcap", /no such file in the folder/],
+        ["about?file=..%2f..%2fetc%2fpasswd.mcap", /expected the name of a recording/],
+        ["about?file=/etc/passwd", /expected the name of a recording/],
+        ["about", /expected the name of a recording/],
+        [`samples?file=${path.basename(file)}&from=0&to=x&rate=20&topics=1`, /to: found 'x'/],
+        [
+          `samples?file=${path.basename(file)}&from=0&to=1&rate=20&topics=99999`,
+          /topics: expected numbers of channels/,
+        ],
+        [`samples?file=${path.basename(file)}&from=0&to=1&rate=0&topics=1`, /rate: found '0'/],
+      ]) {
+        const [status, text] = await ask(query);
+        assert.strictEqual(status, 400, `${query}: ${status} ${text.slice(0, 200)}`);
+        assert.match(text, reason, query);
+      }
+      const [status, text] = await ask("about?file=cut.mcap");
+      assert.strictEqual(status, 200, text);
+      assert.match(JSON.parse(text).damage[0], /incomplete/);
+      await release();
+      await list();
+      await me().press('[data-file="other.mcap"]');
+      await me().said(/Replay of other\.mcap refused: .*another robot or deployment/);
+      await me().state("#link", "live");
+      const operator = me(); // browsers log the refusal, which the page shows
+      operator.complaints = operator.complaints.filter((text) => !/status of 400/.test(text));
+      for (const name of ["garbage", "cut", "other", "old", "passwd"]) fs.rmSync(path.join(folder, `${name}.mcap`));
+    },
+  };
+};
