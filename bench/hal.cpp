@@ -13,6 +13,7 @@
 #include "bench/percentiles.h"
 #include "config/config.h"
 #include "hal/can/virtual_bus.h"
+#include "hal/cia402/canopen_bus.h"
 #include "hal/robot_hardware.h"
 #include "sim/drives/drive_bus.h"
 
@@ -67,7 +68,8 @@ class Robot {
     }
     hal::RobotOptions options;
     options.control_period = kControlPeriod;
-    robot_ = std::make_unique<hal::RobotHardware>(hardware_, buses, options);
+    robot_ =
+        std::make_unique<hal::RobotHardware>(hardware_, hal::canopenBuses(hardware_, buses, options.budgets), options);
   }
 
   /// Boots, and enables both arms. @return whether they are enabled.
@@ -104,7 +106,7 @@ class Robot {
   double sent() const { return static_cast<double>(counters(0).sent + counters(1).sent); }
 
  private:
-  const hal::can::BusCounters& counters(int bus) const { return robot_->bus(bus).counters(); }
+  hal::FieldbusCounters counters(int bus) const { return robot_->bus(bus).counters(); }
 
   bool until(const std::function<bool()>& condition) {
     for (int k = 0; k < 2000 && !condition(); ++k) {

@@ -3,32 +3,27 @@
 
 #include <cmath>
 
-#include "hal/detail/node_setups.h"
-
 namespace tandem::hal {
 
 void Brake::restart(std::int64_t now) noexcept {
-  jobs_.clear();
   open_ = writing_ = holding_ = false;
   obeys_ = true;
   since_ = now;
 }
 
-bool Brake::step(bool open, bool torque, double position, bool free, canopen::Node& node, std::int64_t now) noexcept {
+bool Brake::step(bool open, bool torque, double position, AxisDriver& driver, std::int64_t now) noexcept {
   if (writing_) {
-    const SdoJobs::Status status = jobs_.step(node, now);
-    writing_ = status == SdoJobs::Status::kBusy;
-    if (status == SdoJobs::Status::kFailed) {
+    const Progress progress = driver.brake();
+    writing_ = progress == Progress::kBusy;
+    if (progress == Progress::kFailed) {
       obeys_ = false;
       open_ = true;  // state unknown: assumed open; closing is tried again
     }
     since_ = now;
   }
-  if (!writing_ && free && (open ? !open_ && obeys_ : open_)) {
+  if (!writing_ && (open ? !open_ && obeys_ : open_) && driver.setBrake(!open)) {
     open_ = open;
     writing_ = true;
-    jobs_.clear();
-    jobs_.write(objects::kOutputs, config_.output(!open), 4);
   }
   const bool holds = !torque && closed(now);
   if (holds && !holding_)

@@ -1,32 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/emergency_stop.h"
 
-#include "hal/detail/node_setups.h"
-
 namespace tandem::hal {
 
 using safety::EmergencyStop;
 
-void EmergencyStopWatch::add(const EmergencyInput& input, const canopen::Network& network, int node) {
-  sources_.push_back({input, &network, node});
+void EmergencyStopWatch::add(const EmergencyInput& input, const AxisDriver& driver) {
+  sources_.push_back({input, &driver});
 }
 
 void EmergencyStopWatch::listen(Source& source, std::int64_t now) const noexcept {
-  const canopen::Node& node = source.network->node(source.node);
-  if (node.phase() != canopen::NodePhase::kOperational) {
+  const DriveInputs inputs = source.driver->inputs(source.input.statusword);
+  if (!inputs.up) {
     source.stream.restart();
-    source.lost = source.lost || node.phase() == canopen::NodePhase::kFailed;
+    source.lost = source.lost || inputs.failed;
     return;
   }
-  const bool statusword = source.input.statusword;
-  const canopen::Tpdo& tpdo = node.tpdos()[statusword ? 0 : 1];
-  source.stream.watch(tpdo, *source.network, now);
+  source.stream.watch(inputs.arrivals, now);
   if (source.stream.fresh()) {
-    const bool high = (tpdo.get(statusword ? slots::kStatusword : slots::kInputs) >> source.input.bit & 1u) != 0;
+    const bool high = (inputs.bits >> source.input.bit & 1u) != 0;
     source.pressed = high != source.input.active_low;
     source.read = true;
     source.lost = false;
-  } else if (source.stream.silent(*source.network, budget_, now)) {
+  } else if (source.stream.silent(budget_, now)) {
     source.lost = true;
   }
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Emergency stop or STO state, read back from the PDOs of drives. */
+/** @file Emergency stop or STO state, read back from drives. */
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
-#include "hal/canopen/network.h"
+#include "hal/axis_driver.h"
 #include "hal/feedback.h"
 #include "hal/hardware.h"
 #include "safety/emergency_stop.h"
@@ -14,20 +14,20 @@ namespace tandem::hal {
 
 /** Inputs that report the emergency stop. One pressed input is sufficient. A silent input is ignored while another one
  * is received; the loss of the last input stops the arms, too, because the emergency stop cannot be read any more.
- * While a node boots, its input keeps the last received value. Nothing after construction allocates, locks or throws;
+ * While a drive boots, its input keeps the last received value. Nothing after construction allocates, locks or throws;
  * times are ns on the caller's clock. */
 class EmergencyStopWatch {
  public:
-  /// @param budget longest time without an input of an operational node, s. @param reports s, of EmergencyReports.
+  /// @param budget longest time without an input of a drive that is up, s. @param reports s, of EmergencyReports.
   EmergencyStopWatch(double budget, double reports) : budget_(budget), reports_(reports) {}
 
-  /// @param network outlives this. @param node index of the drive in it.
-  void add(const EmergencyInput& input, const canopen::Network& network, int node);
+  /// @param driver outlives this.
+  void add(const EmergencyInput& input, const AxisDriver& driver);
 
   /// Report of another process that reads the emergency stop.
   void report(bool pressed, std::int64_t now) noexcept { reports_.take(pressed, now); }
 
-  /// Once per period, after Network::receive(). @return index of the axis whose input became pressed; -1: none.
+  /// Once per period, after the drivers. @return index of the axis whose input became pressed; -1: none.
   int update(std::int64_t now) noexcept;
 
   safety::EmergencyStop state() const noexcept { return state_; }
@@ -43,8 +43,7 @@ class EmergencyStopWatch {
  private:
   struct Source {
     EmergencyInput input;
-    const canopen::Network* network = nullptr;
-    int node = 0;
+    const AxisDriver* driver = nullptr;
     FeedbackStream stream{};
     bool read = false;     ///< at least one value was received
     bool pressed = false;  ///< as last read

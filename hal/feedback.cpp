@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "hal/detail/node_setups.h"
 #include "hal/nanoseconds.h"
 
 namespace tandem::hal {
@@ -14,20 +13,21 @@ FeedbackBudget FeedbackBudget::of(const HardwareConfig& hardware, const safety::
   return {silence, safety::SuccessRate::allowed(budgets.lost_samples, silence, hardware.period)};
 }
 
-void FeedbackStream::watch(const canopen::Tpdo& tpdo, const canopen::Network& network, std::int64_t now) noexcept {
-  fresh_ = begun_ && tpdo.count != count_;
-  success_.note(network.syncCount(), tpdo.count);
+void FeedbackStream::watch(const Arrivals& arrivals, std::int64_t now) noexcept {
+  fresh_ = begun_ && arrivals.received != count_;
+  success_.note(arrivals.expected, arrivals.received);
+  expected_ = arrivals.expected;
   if (begun_ && !fresh_)
     return;
   begun_ = true;
-  count_ = tpdo.count;
+  count_ = arrivals.received;
   time_ = now;
-  sync_mark_ = network.syncCount();
+  mark_ = arrivals.expected;
 }
 
-bool FeedbackStream::silent(const canopen::Network& network, double budget, std::int64_t now) const noexcept {
-  // If this process itself was delayed, missing frames are no evidence: the SYNCs count, too.
-  return network.syncCount() - sync_mark_ >= kMissedSyncs && now - time_ > nanoseconds(budget);
+bool FeedbackStream::silent(double budget, std::int64_t now) const noexcept {
+  // If this process itself was delayed, missing samples are no evidence: their number counts, too.
+  return expected_ - mark_ >= kMissed && now - time_ > nanoseconds(budget);
 }
 
 void FollowingWatch::restart(double target) noexcept {

@@ -1,43 +1,46 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Feedback watch: arrival rate of an axis' TPDOs, and the following error of its joint. */
+/** @file Feedback watch: arrival rate of an axis' samples, and the following error of its joint. */
 #pragma once
 
 #include <array>
 #include <cstdint>
 
-#include "hal/canopen/network.h"
+#include "hal/axis_driver.h"
 #include "hal/hardware.h"
 #include "safety/budgets.h"
 #include "safety/success_rate.h"
 
 namespace tandem::hal {
 
-/** Budgets for missing feedback of a node in operation. */
+/** Budgets for missing feedback of a device in operation. */
 struct FeedbackBudget {
   double silence = 0.0;  ///< longest time without feedback, s
-  double lost = 1.0;     ///< largest share of missing TPDOs among the last 100; more than one such silence contains
+  double lost = 1.0;     ///< largest share of missing samples among the last 100; more than one such silence contains
 
   static FeedbackBudget of(const HardwareConfig& hardware, const safety::Budgets& budgets);
 };
 
-/** Reception statistics of one TPDO: received and expected. Times are ns. */
+/** Reception statistics of the samples of one device. Times are ns. */
 class FeedbackStream {
  public:
-  /// The node was booted: the time-out for the first TPDO starts with the next watch().
+  /// The device was booted: the time-out for the first sample starts with the next watch().
   void restart() noexcept { *this = {}; }
-  /// Once per period, after Network::receive().
-  void watch(const canopen::Tpdo& tpdo, const canopen::Network& network, std::int64_t now) noexcept;
+  /// Once per period.
+  void watch(const Arrivals& arrivals, std::int64_t now) noexcept;
   /// Received since the last watch().
   bool fresh() const noexcept { return fresh_; }
-  /// @param budget longest time without the TPDO of a node in operation, s
-  bool silent(const canopen::Network& network, double budget, std::int64_t now) const noexcept;
-  /// Share of the last 100 SYNCs with a received TPDO.
+  /// @param budget longest time without a sample of a device in operation, s
+  bool silent(double budget, std::int64_t now) const noexcept;
+  /// Share of received samples among the last 100 expected ones.
   const safety::SuccessRate& success() const noexcept { return success_; }
 
  private:
-  std::uint64_t count_ = 0;      ///< Tpdo::count at the last watch
-  std::uint64_t sync_mark_ = 0;  ///< SYNC count at the last reception
-  std::int64_t time_ = 0;        ///< time of the last reception
+  /// A sample counts as missing after so many expected ones, and not before the time budget.
+  static constexpr std::uint64_t kMissed = 3;
+  std::uint64_t count_ = 0;     ///< received at the last watch
+  std::uint64_t expected_ = 0;  ///< at the last watch
+  std::uint64_t mark_ = 0;      ///< expected at the last reception
+  std::int64_t time_ = 0;       ///< of the last reception
   bool fresh_ = false;
   bool begun_ = false;
   safety::SuccessRate success_;

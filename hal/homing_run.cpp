@@ -5,8 +5,6 @@
 #include <cmath>
 #include <limits>
 
-#include "hal/detail/node_setups.h"
-
 namespace tandem::hal {
 namespace {
 
@@ -16,14 +14,6 @@ bool bad(const Axis& axis) { return axis.guards() != 0 || axis.phase() == AxisPh
 bool unhomed(const Axis& axis) { return axis.phase() == AxisPhase::kUnhomed && axis.config().needsRun(); }
 
 bool hasStop(const Axis& axis) { return axis.config().reference == PositionReference::kHardStop; }
-
-/// Maximum torque of the drive (6072) during a run against a mechanical stop, and otherwise: as it was at boot.
-std::int64_t maximumTorque(const Axis& axis, bool runs) {
-  constexpr double kPerMille = 1e3;
-  const std::uint64_t* before = axis.driveNode().readValue(objects::kMaxTorque);
-  const auto normal = static_cast<std::int64_t>(before == nullptr ? 0 : *before);
-  return runs ? std::min<std::int64_t>(normal, std::lround(kPerMille * axis.config().hard_stop.torque)) : normal;
-}
 
 }  // namespace
 
@@ -60,13 +50,12 @@ void HomingRun::enter(Phase phase, std::int64_t now) noexcept {
 
 void HomingRun::enterOf(std::size_t index, Phase phase, std::int64_t now) noexcept {
   Axis& axis = *axes_[index];
-  const bool back = phase == Phase::kModeBack;
   switch (phase) {
-    case Phase::kMode:
-    case Phase::kModeBack:
-      axis.requestMode(back || hasStop(axis) ? axis.config().mode : DriveMode::kHoming);
-      if (hasStop(axis))
-        axis.jobs().write(objects::kMaxTorque, maximumTorque(axis, !back), 2);
+    case Phase::kPrepare:
+      axis.driver().prepare(hasStop(axis) ? DriveTask::kPush : DriveTask::kHome);
+      break;
+    case Phase::kPrepareBack:
+      axis.driver().prepare(DriveTask::kFollow);
       break;
     case Phase::kPower:
       axis.hold();
@@ -76,12 +65,11 @@ void HomingRun::enterOf(std::size_t index, Phase phase, std::int64_t now) noexce
       start(index, now);
       break;
     case Phase::kPowerOff:
-      axis.setModeBits(0);
+      axis.driver().endHoming();
       axis.setGoal(PowerGoal::kOff, now);
       break;
     case Phase::kLimits:
-      axis.rereference(hasStop(axis) ? axis.units().toCounts(searches_[index].contact()).value : 0,
-                       axis.config().homing.position);
+      axis.rereference(hasStop(axis) ? axis.placeOf(searches_[index].contact()) : 0.0, axis.config().homing.position);
       break;
     case Phase::kAborting:
       axis.setGoal(PowerGoal::kOff, now);
@@ -96,7 +84,7 @@ void HomingRun::start(std::size_t index, std::int64_t now) noexcept {
     axes_[index]->countFromHere();
     searches_[index].start(now);
   } else {
-    axes_[index]->setModeBits(controlword::kStartHoming);
+    axes_[index]->driver().startHoming();
   }
 }
 
@@ -112,7 +100,7 @@ void HomingRun::nextGroup(std::int64_t now) noexcept {
     if (member(*axis))
       budget_ = std::max(budget_, axis->config().homing.budget);
   }
-  enter(order_ == kNone ? Phase::kIdle : Phase::kMode, now);
+  enter(order_ == kNone ? Phase::kIdle : Phase::kPrepare, now);
 }
 
 void HomingRun::start(std::int64_t now) noexcept {
@@ -125,15 +113,15 @@ void HomingRun::abort(std::int64_t now) noexcept {
     enter(Phase::kAborting, now);
 }
 
-void HomingRun::stepJobs(Phase next, std::int64_t now) noexcept {
+void HomingRun::stepPrepare(Phase next, std::int64_t now) noexcept {
   bool done = true;
   for (Axis* axis : axes_) {
     if (!member(*axis))
       continue;
-    const SdoJobs::Status status = axis->stepJobs(now);
-    if (status == SdoJobs::Status::kFailed)
+    const Progress progress = axis->driver().prepared();
+    if (progress == Progress::kFailed)
       axis->fail(HardwareGuard::kHoming);
-    done = done && status == SdoJobs::Status::kDone;
+    done = done && progress == Progress::kDone;
   }
   if (done)
     enter(next, now);
@@ -141,7 +129,7 @@ void HomingRun::stepJobs(Phase next, std::int64_t now) noexcept {
 
 void HomingRun::stepRun(std::int64_t now) noexcept {
   const bool late = 1e-9 * static_cast<double>(now - entered_) > budget_;
-  // The mode-specific bits are valid only after the drive has processed the start, not in the first cycles.
+  // What the drive reports of its run is valid only after it has processed the start, not in the first cycles.
   constexpr std::int64_t kSettling = 50'000'000;  // ns
   if (now - entered_ < kSettling)
     return;
@@ -151,17 +139,16 @@ void HomingRun::stepRun(std::int64_t now) noexcept {
     if (!member(axis))
       continue;
     hasStop(axis) ? stepStop(i, late, now) : stepDrive(axis, late);
-    done = done && (hasStop(axis) ? searches_[i].found() : homingState(axis.statusword()) == HomingState::kDone);
+    done = done && (hasStop(axis) ? searches_[i].found() : axis.driver().homing() == Progress::kDone);
   }
   if (done)
     enter(Phase::kPowerOff, now);
 }
 
 void HomingRun::stepDrive(Axis& axis, bool late) noexcept {
-  const HomingState state = homingState(axis.statusword());
-  const bool error = state == HomingState::kErrorMoving || state == HomingState::kErrorStanding;
+  const Progress progress = axis.driver().homing();
   const bool lost = axis.driveState() != DriveState::kOperationEnabled;
-  if (error || lost || (late && state != HomingState::kDone))
+  if (progress == Progress::kFailed || lost || (late && progress != Progress::kDone))
     axis.fail(HardwareGuard::kHoming);
 }
 
@@ -182,7 +169,7 @@ void HomingRun::step(std::int64_t now) noexcept {
     if (all([&](const Axis& axis) { return axis.goalReached() || axis.goalLate(now); })) {
       for (Axis* axis : axes_) {
         if (member(*axis))
-          axis->setModeBits(0);
+          axis->driver().endHoming();
       }
       phase_ = Phase::kIdle;
     }
@@ -191,8 +178,8 @@ void HomingRun::step(std::int64_t now) noexcept {
   if (anyBad())
     return abort(now);
   switch (phase_) {
-    case Phase::kMode:
-      return stepJobs(Phase::kPower, now);
+    case Phase::kPrepare:
+      return stepPrepare(Phase::kPower, now);
     case Phase::kPower:
       for (Axis* axis : axes_) {
         if (member(*axis) && axis->goalLate(now))
@@ -205,10 +192,10 @@ void HomingRun::step(std::int64_t now) noexcept {
       return stepRun(now);
     case Phase::kPowerOff:
       if (all([](const Axis& axis) { return axis.goalReached(); }))
-        enter(Phase::kModeBack, now);
+        enter(Phase::kPrepareBack, now);
       return;
-    case Phase::kModeBack:
-      return stepJobs(Phase::kLimits, now);
+    case Phase::kPrepareBack:
+      return stepPrepare(Phase::kLimits, now);
     case Phase::kLimits:
       if (all([](const Axis& axis) { return axis.phase() == AxisPhase::kReady; }))
         nextGroup(now);

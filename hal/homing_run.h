@@ -17,7 +17,7 @@ namespace tandem::hal {
 /** State machine over the axes of an arm. Nothing after construction allocates, locks or throws. */
 class HomingRun {
  public:
-  enum class Phase : std::uint8_t { kIdle, kMode, kPower, kRun, kPowerOff, kModeBack, kLimits, kAborting };
+  enum class Phase : std::uint8_t { kIdle, kPrepare, kPower, kRun, kPowerOff, kPrepareBack, kLimits, kAborting };
 
   /// @param axes of an arm; axes that need no homing do not move. @param period  of step(), s
   HomingRun(std::vector<Axis*> axes, double period);
@@ -38,7 +38,7 @@ class HomingRun {
   void enter(Phase phase, std::int64_t now) noexcept;
   void nextGroup(std::int64_t now) noexcept;
   bool anyBad() const noexcept;
-  void stepJobs(Phase next, std::int64_t now) noexcept;
+  void stepPrepare(Phase next, std::int64_t now) noexcept;
   void stepRun(std::int64_t now) noexcept;
   void enterOf(std::size_t index, Phase phase, std::int64_t now) noexcept;
   void start(std::size_t index, std::int64_t now) noexcept;

@@ -2,53 +2,38 @@
 #include "hal/robot_hardware.h"
 
 #include <algorithm>
-#include <cmath>
 #include <stdexcept>
 #include <utility>
-
-#include "hal/nanoseconds.h"
 
 namespace tandem::hal {
 namespace {
 
-/// Largest payload of a cyclic frame: controlword and target, or statusword and position.
-constexpr int kTypicalBytes = 6;
-
-canopen::NetworkOptions networkOptions(const HardwareConfig& config, int b, double heartbeat_budget) {
-  canopen::NetworkOptions options;
-  options.own_id = static_cast<std::uint8_t>(config.buses[static_cast<std::size_t>(b)].node_id);
-  options.request_interval =
-      static_cast<int>(std::lround(config.trafficOf(b, heartbeat_budget).request_interval / config.period));
-  options.heartbeat_period = static_cast<std::int64_t>(1e9 * heartbeat_budget / kHeartbeatsPerBudget);
-  options.master_silence = nanoseconds(canopen::listeningTime(heartbeat_budget));
-  return options;
+/// Event of one axis.
+HardwareEvent eventOf(const AxisConfig& axis) noexcept {
+  HardwareEvent event;
+  event.arm = static_cast<std::uint8_t>(axis.arm);
+  event.joint = static_cast<std::uint8_t>(axis.joint);
+  return event;
 }
 
 }  // namespace
 
 RobotHardware::RobotHardware(const HardwareConfig& config,
-                             const std::vector<can::Bus*>& buses,
+                             std::vector<std::unique_ptr<Fieldbus>> buses,
                              const RobotOptions& options)
     : config_(config),
-      listening_time_(canopen::listeningTime(options.budgets.drive_heartbeat)),
       monitor_(static_cast<int>(config.arms.size()),
                options.budgets.commandAge(options.control_period),
                options.budgets.lost_samples),
       emergency_stop_(std::max(config.feedback_budget, 3.0 * config.period), options.emergency_reports) {
   if (buses.size() != config.buses.size())
     throw std::invalid_argument("hardware: one open bus per configured one expected");
-  const double heartbeat_budget = options.budgets.drive_heartbeat;
-  for (std::size_t b = 0; b < buses.size(); ++b) {
-    BusSlot slot;
-    slot.bus = buses[b];
-    slot.network =
-        std::make_unique<canopen::Network>(*slot.bus, networkOptions(config, static_cast<int>(b), heartbeat_budget));
-    buses_.push_back(std::move(slot));
-  }
+  for (std::unique_ptr<Fieldbus>& bus : buses)
+    buses_.push_back({std::move(bus), {}});
   for (const AxisConfig& axis : config_.axes) {
     BusSlot& slot = buses_.at(index(axis.bus));
-    axes_.push_back(std::make_unique<Axis>(config_, axis, *slot.network, options.budgets));
-    slot.axis_of_node.resize(index(slot.network->nodeCount()), static_cast<int>(axes_.size()) - 1);
+    slot.axes.push_back(axes_.size());
+    axes_.push_back(std::make_unique<Axis>(config_, axis, *slot.bus, options.budgets));
   }
   const safety::SupervisorOptions supervisor{options.control_period, options.budgets, false};
   for (std::size_t a = 0; a < config_.arms.size(); ++a) {
@@ -63,18 +48,23 @@ RobotHardware::RobotHardware(const HardwareConfig& config,
                                   ", one for each joint");
     arms_.emplace_back(config_.arms[a], std::move(of_arm), supervisor, config_.power_budget, config_.period);
   }
-  for (const EmergencyInput& input : config_.emergency_stop) {
-    const Axis& axis = *axes_.at(index(input.axis));
-    emergency_stop_.add(input, *buses_[index(axis.config().bus)].network, axis.driveIndex());
-  }
+  for (const EmergencyInput& input : config_.emergency_stop)
+    emergency_stop_.add(input, std::as_const(*axes_.at(index(input.axis))).driver());
   phases_.assign(axes_.size(), AxisPhase::kBooting);
 }
 
 void RobotHardware::start(std::int64_t now) noexcept {
   for (BusSlot& slot : buses_)
-    slot.network->setHeartbeat(true);
+    slot.bus->start(now);
   for (ArmHardware& arm : arms_)
     arm.boot(now);
+}
+
+double RobotHardware::listeningTime() const noexcept {
+  double longest = 0.0;
+  for (const BusSlot& slot : buses_)
+    longest = std::max(longest, slot.bus->listeningTime());
+  return longest;
 }
 
 bool RobotHardware::off() const noexcept {
@@ -113,7 +103,7 @@ bool RobotHardware::command(const safety::RobotCommand& command, std::int64_t no
 
 void RobotHardware::askForRestarts() noexcept {
   for (BusSlot& slot : buses_)
-    slot.restart = slot.restart || slot.bus->state() == can::BusState::kOff;
+    slot.restart = slot.restart || slot.bus->state() == BusState::kOff;
 }
 
 double RobotHardware::busSuccess(int b) const noexcept {
@@ -137,56 +127,39 @@ void RobotHardware::stopPowered(const safety::FaultRecord& record) noexcept {
   }
 }
 
-void RobotHardware::onEvent(std::size_t bus, const canopen::NetworkEvent& event) noexcept {
-  HardwareEvent reported;
+void RobotHardware::onEvent(std::size_t bus, const FieldbusEvent& event) noexcept {
+  using Kind = FieldbusEvent::Kind;
+  const bool of_axis = event.kind == Kind::kFailure || event.kind == Kind::kEmergency;
+  HardwareEvent reported = of_axis ? eventOf(axes_[buses_[bus].axes[index(event.axis)]]->config()) : HardwareEvent();
   reported.bus = static_cast<std::uint8_t>(bus);
-  if (event.kind == canopen::NetworkEvent::Kind::kBusState) {
-    reported.kind = HardwareEvent::Kind::kBus;
-    reported.bus_state = event.bus_state;
-    return events_.push(reported);
+  reported.encoder = event.encoder;
+  switch (event.kind) {
+    case Kind::kFailure:
+      reported.kind = HardwareEvent::Kind::kNode;
+      reported.failure = event.failure;
+      break;
+    case Kind::kEmergency:
+      reported.kind = HardwareEvent::Kind::kEmergency;
+      reported.code = event.code;
+      break;
+    case Kind::kState:
+      reported.kind = HardwareEvent::Kind::kBus;
+      reported.bus_state = event.state;
+      break;
+    case Kind::kMaster:
+      reported.kind = HardwareEvent::Kind::kMaster;
+      reported.master = event.master;
+      break;
   }
-  if (event.kind == canopen::NetworkEvent::Kind::kMaster) {
-    reported.kind = HardwareEvent::Kind::kMaster;
-    reported.master = event.master;
-    return events_.push(reported);
-  }
-  Axis& axis = *axes_[index(buses_[bus].axis_of_node[index(event.node)])];
-  reported.arm = static_cast<std::uint8_t>(axis.config().arm);
-  reported.joint = static_cast<std::uint8_t>(axis.config().joint);
-  reported.encoder = event.node == axis.encoderIndex();
-  if (event.kind == canopen::NetworkEvent::Kind::kEmcy) {
-    axis.onEmcy(event.node, event.emcy);
-    reported.kind = HardwareEvent::Kind::kEmergency;
-    reported.code = event.emcy.code;
-    events_.push(reported);
-  } else if (event.phase == canopen::NodePhase::kFailed) {
-    reported.kind = HardwareEvent::Kind::kNode;
-    reported.failure = buses_[bus].network->node(event.node).failure();
-    events_.push(reported);
-  }
+  events_.push(reported);
 }
 
-void RobotHardware::measureLoad(BusSlot& slot, std::size_t bus, std::int64_t now) noexcept {
-  if (slot.window != 0 && now - slot.window < kSecond)
-    return;
-  const can::BusCounters& counters = slot.bus->counters();
-  const std::uint64_t frames = counters.sent + counters.received;
-  if (slot.window != 0) {
-    const double seconds = 1e-9 * static_cast<double>(now - slot.window);
-    const double bits = static_cast<double>(frames - slot.frames) * frameBits(kTypicalBytes);
-    slot.load = bits / seconds / config_.buses[bus].bit_rate;
-  }
-  slot.frames = frames;
-  slot.window = now;
-}
-
-void RobotHardware::receiveFrames(std::int64_t now) noexcept {
+void RobotHardware::receiveBuses(std::int64_t now) noexcept {
   for (std::size_t b = 0; b < buses_.size(); ++b) {
-    buses_[b].network->receive(now);
-    canopen::NetworkEvent event;
-    while (buses_[b].network->nextEvent(event))
+    buses_[b].bus->receive(now);
+    FieldbusEvent event;
+    while (buses_[b].bus->nextEvent(event))
       onEvent(b, event);
-    measureLoad(buses_[b], b, now);
   }
 }
 
@@ -200,24 +173,26 @@ PositionSnapshot RobotHardware::lastPositions() const noexcept {
 /// The phase of an axis has changed.
 void RobotHardware::reportReference(std::size_t i) noexcept {
   const Axis& axis = *axes_[i];
-  HardwareEvent reported;
-  reported.arm = static_cast<std::uint8_t>(axis.config().arm);
-  reported.joint = static_cast<std::uint8_t>(axis.config().joint);
+  HardwareEvent reported = eventOf(axis.config());
   if (axis.phase() == AxisPhase::kReady) {
     ++joint_resets_;
     reported.kind = HardwareEvent::Kind::kReady;
-    reported.lost = axis.driveNode().lostProtections();
+    reported.lost = axis.driver().lostProtections();
     events_.push(reported);
   } else if (axis.unconfirmed()) {
     reported.kind = HardwareEvent::Kind::kUnconfirmed;
     reported.memory = axis.memory();
     reported.position = axis.position();
     events_.push(reported);
+  } else if (axis.missingProtections() != 0) {
+    reported.kind = HardwareEvent::Kind::kNode;
+    reported.lost = axis.missingProtections();
+    events_.push(reported);
   }
 }
 
 void RobotHardware::receive(std::int64_t now) noexcept {
-  receiveFrames(now);
+  receiveBuses(now);
   for (std::size_t i = 0; i < axes_.size(); ++i) {
     axes_[i]->update(now);
     const AxisPhase phase = axes_[i]->phase();
@@ -235,9 +210,7 @@ void RobotHardware::watchEmergencyStop(std::int64_t now) noexcept {
                          emergency_stop_.lost(), emergency_stop_.known());
   if (began >= 0) {
     const AxisConfig& axis = config_.axes[index(began)];
-    HardwareEvent reported;
-    reported.arm = static_cast<std::uint8_t>(axis.arm);
-    reported.joint = static_cast<std::uint8_t>(axis.joint);
+    HardwareEvent reported = eventOf(axis);
     reported.guards = bit(HardwareGuard::kEmergencyStop);
     hardware_guards_.add(reported.guards, axis.arm, axis.joint);
     events_.push(reported);
@@ -272,7 +245,7 @@ void RobotHardware::step(std::int64_t now) noexcept {
     }
   }
   for (std::size_t b = 0; b < buses_.size(); ++b)
-    buses_[b].network->transmit(now, {true, true, carriesMotion(static_cast<int>(b))});
+    buses_[b].bus->transmit(now, carriesMotion(static_cast<int>(b)));
 }
 
 }  // namespace tandem::hal

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "hal/arm_hardware.h"
-#include "hal/can/bus.h"
 #include "hal/emergency_stop.h"
 #include "hal/event_ring.h"
+#include "hal/fieldbus.h"
 #include "safety/command_monitor.h"
 #include "safety/robot_command.h"
 
@@ -26,7 +26,7 @@ struct HardwareEvent {
   enum class Kind : std::uint8_t {
     kGuard,        ///< `guards` became active on `arm`, `joint`
     kEmergency,    ///< `code` from the drive (or, `encoder`, the encoder) of that axis
-    kNode,         ///< a node of that axis failed: `failure`
+    kNode,         ///< a device of that axis failed: `failure`
     kReady,        ///< that axis is ready
     kBus,          ///< `bus` entered `bus_state`
     kMaster,       ///< another master sends `master` on `bus`
@@ -40,29 +40,31 @@ struct HardwareEvent {
   bool encoder = false;
   std::uint16_t code = 0;
   GuardMask guards = 0;
-  canopen::NodeFailure failure;
-  ProtectionMask lost = 0;  ///< kReady: protections that the drive does not have
-  can::BusState bus_state = can::BusState::kActive;
-  canopen::MasterFrame master = canopen::MasterFrame::kSync;
+  DeviceFailure failure;
+  ProtectionMask lost = 0;  ///< kReady: protections that the drive lacks; kNode: those for which it is not used
+  BusState bus_state = BusState::kActive;
+  std::uint8_t master = 0;     ///< kMaster: FieldbusEvent::master
   PositionMemory memory{0.0};  ///< kUnconfirmed: the last position of the axis, or why there is none
   double position = 0.0;       ///< kUnconfirmed: the present one, m or rad
 };
 
-/** Periodic loop of the HAL: receive, check guards, compute targets, transmit, SYNC last.
+/** Periodic loop of the HAL: receive, check guards, compute targets, transmit.
  *
  * One thread; nothing after construction allocates, locks or throws. Times are ns on one monotonic clock. */
 class RobotHardware {
  public:
-  /** @param buses as in the configuration, open; they outlive the robot
-   * @throw std::invalid_argument if counts differ or nodes contradict each other. */
-  RobotHardware(const HardwareConfig& config, const std::vector<can::Bus*>& buses, const RobotOptions& options);
+  /** @param buses as in the configuration, open
+   * @throw std::invalid_argument if counts differ or devices contradict each other. */
+  RobotHardware(const HardwareConfig& config,
+                std::vector<std::unique_ptr<Fieldbus>> buses,
+                const RobotOptions& options);
 
-  /// Before start(): receives frames and sends nothing. Repeat it for listeningTime(), then read network(b).masters():
-  /// do not start if there is another master.
-  void listen(std::int64_t now) noexcept { receiveFrames(now); }
-  /// canopen::listeningTime() of the drives' time-out, s.
-  double listeningTime() const noexcept { return listening_time_; }
-  /// Starts the heartbeats and boots all nodes.
+  /// Before start(): receives and sends nothing. Repeat it for listeningTime(), then read bus(b).otherMasters(): do not
+  /// start if there is another master.
+  void listen(std::int64_t now) noexcept { receiveBuses(now); }
+  /// The longest Fieldbus::listeningTime(), s.
+  double listeningTime() const noexcept;
+  /// Starts the buses and boots all devices.
   void start(std::int64_t now) noexcept;
   /// One period, config().period long.
   void step(std::int64_t now) noexcept;
@@ -122,11 +124,8 @@ class RobotHardware {
   double commandSuccess() const noexcept { return monitor_.success(); }
 
   int busCount() const noexcept { return static_cast<int>(buses_.size()); }
-  const can::Bus& bus(int b) const noexcept { return *buses_[index(b)].bus; }
-  const canopen::Network& network(int b) const noexcept { return *buses_[index(b)].network; }
-  /// Used share of the bit rate, from the frames of the last second with the most stuff bits.
-  double busLoad(int b) const noexcept { return buses_[index(b)].load; }
-  /// Share of the last 100 TPDOs that were received, 0 to 1, of the drive or encoder with the worst reception on this
+  const Fieldbus& bus(int b) const noexcept { return *buses_[index(b)].bus; }
+  /// Share of the last 100 samples that were received, 0 to 1, of the drive or encoder with the worst reception on this
   /// bus.
   double busSuccess(int b) const noexcept;
   /// An operator clears a fault while this bus is off: a thread other than the periodic one has to restart it. True
@@ -138,27 +137,21 @@ class RobotHardware {
 
  private:
   struct BusSlot {
-    can::Bus* bus = nullptr;
-    std::unique_ptr<canopen::Network> network;
-    std::vector<int> axis_of_node;  ///< index in axes_, by the network's index of the node
+    std::unique_ptr<Fieldbus> bus;
+    std::vector<std::size_t> axes;  ///< indices in axes_ of its axes, in the order of Fieldbus::addAxis()
     bool restart = false;
-    double load = 0.0;
-    std::uint64_t frames = 0;  ///< at the beginning of the window
-    std::int64_t window = 0;   ///< its beginning, ns
   };
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
   /// A drive on this bus moves or holds its joint.
   bool carriesMotion(int b) const noexcept;
-  void receiveFrames(std::int64_t now) noexcept;
+  void receiveBuses(std::int64_t now) noexcept;
   void receive(std::int64_t now) noexcept;
-  void onEvent(std::size_t bus, const canopen::NetworkEvent& event) noexcept;
+  void onEvent(std::size_t bus, const FieldbusEvent& event) noexcept;
   void watchEmergencyStop(std::int64_t now) noexcept;
   void reportReference(std::size_t axis) noexcept;
-  void measureLoad(BusSlot& slot, std::size_t bus, std::int64_t now) noexcept;
   void askForRestarts() noexcept;
 
   HardwareConfig config_;
-  double listening_time_;
   safety::CommandMonitor monitor_;
   safety::GuardCounters guards_;
   HardwareGuardCounters hardware_guards_;

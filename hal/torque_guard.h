@@ -10,19 +10,19 @@
 
 namespace tandem::hal {
 
-/** Watches object 0x6077 (torque actual value, per mille of the rated torque) or 0x6078 (current) of one drive. Nothing
- * allocates, locks or throws; times are ns on the caller's clock. */
+/** Watches the torque or current of one drive. Nothing allocates, locks or throws; times are ns on the caller's clock.
+ */
 class TorqueGuard {
  public:
   explicit TorqueGuard(const TorqueLimit& limit)
-      : watches_(limit.object != 0), most_(1e3 * limit.limit), time_(nanoseconds(limit.time)) {}
+      : watches_(limit.object != 0), most_(limit.limit), time_(nanoseconds(limit.time)) {}
 
   bool watches() const noexcept { return watches_; }
   /// Discards earlier readings.
   void reset() noexcept { since_ = 0; }
-  /// A new reading, per mille.
-  void take(std::int16_t reading, std::int64_t now) noexcept {
-    if (std::abs(static_cast<double>(reading)) <= most_) {
+  /// A new reading, share of the rated torque or current.
+  void take(double reading, std::int64_t now) noexcept {
+    if (std::abs(reading) <= most_) {
       since_ = 0;
     } else if (since_ == 0) {
       since_ = now;
@@ -33,7 +33,7 @@ class TorqueGuard {
 
  private:
   bool watches_;
-  double most_;  ///< per mille
+  double most_;  ///< share of the rated torque or current
   std::int64_t time_;
   std::int64_t since_ = 0;  ///< start of the time above the limit, 0: below
 };

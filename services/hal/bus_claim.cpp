@@ -11,6 +11,8 @@ namespace tandem::hal_service {
 std::vector<hal::can::BusLock> lockBuses(const hal::HardwareConfig& hardware) {
   std::vector<hal::can::BusLock> locks;
   for (const hal::BusConfig& bus : hardware.buses) {
+    if (hal::inLibrary(bus))
+      continue;
     try {
       locks.emplace_back(bus.address);
     } catch (const hal::can::BusTaken& taken) {
@@ -33,10 +35,10 @@ bool waitForSilentBus(HalCore& core, const runtime::StopSignal& stop) {
   }
   core.listen(runtime::monotonicNow());
   for (int b = 0; b < robot.busCount(); ++b) {
-    const hal::canopen::MasterWatch& masters = robot.network(b).masters();
+    const std::string masters = robot.bus(b).otherMasters();
     const hal::BusConfig& bus = robot.config().buses[static_cast<std::size_t>(b)];
-    if (masters.receivedAny())
-      throw runtime::ResourceInUse(nameOf(bus) + ": another master is active: received " + masters.describe() +
+    if (!masters.empty())
+      throw runtime::ResourceInUse(nameOf(bus) + ": another master is active: received " + masters +
                                    "; stop the other tandem-hal or master first. No frame was sent");
   }
   return true;

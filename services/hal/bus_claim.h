@@ -9,7 +9,7 @@
 
 namespace tandem::hal_service {
 
-/** Takes one lock per bus, against a second HAL on this host.
+/** Takes one lock per CAN bus, against a second HAL on this host; a library claims its hardware by itself.
  * @throw ResourceInUse that names the bus and the process that has its lock. */
 std::vector<hal::can::BusLock> lockBuses(const hal::HardwareConfig& hardware);
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "hal/can/link.h"
+#include "hal/cia402/canopen_bus.h"
 #include "services/runtime/periodic_loop.h"
 
 namespace tandem::hal_service {
@@ -59,17 +60,22 @@ hal::HardwareConfig loadHardwareOf(const runtime::Setup& setup) {
   return hardware;
 }
 
-std::vector<std::unique_ptr<hal::can::Bus>> openBuses(const hal::HardwareConfig& hardware,
+std::vector<std::unique_ptr<hal::Fieldbus>> openBuses(const hal::HardwareConfig& hardware,
+                                                      const safety::Budgets& budgets,
                                                       const runtime::StopSignal& stop,
                                                       double timeout) {
   constexpr double kRetry = 0.1;  // s
-  std::vector<std::unique_ptr<hal::can::Bus>> buses;
+  std::vector<std::unique_ptr<hal::Fieldbus>> buses;
   const std::int64_t deadline = runtime::monotonicNow() + static_cast<std::int64_t>(1e9 * timeout);
   for (const hal::BusConfig& bus : hardware.buses) {
     checkLink(bus);
     for (bool reported = false;; reported = true) {
       try {
-        buses.push_back(hal::can::openBus(bus.address));
+        const int index = static_cast<int>(buses.size());
+        if (hal::inLibrary(bus))
+          buses.push_back(openLibrary(hardware, index));
+        else
+          buses.push_back(std::make_unique<hal::CanopenBus>(hal::can::openBus(bus.address), hardware, index, budgets));
         break;
       } catch (const std::exception& error) {
         if (runtime::monotonicNow() > deadline)

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "operation/permission.h"
 #include "services/dds/reply.h"
@@ -17,10 +18,10 @@ hal::RobotOptions robotOptions(const config::Deployment& deployment) {
 void writeAxis(const hal::Axis& axis, std::size_t i, dds::HalStatus& status) noexcept {
   status.axis_phase[i] = static_cast<std::uint8_t>(axis.phase());
   status.axis_state[i] = static_cast<std::uint8_t>(axis.driveState());
-  status.axis_error[i] = axis.errorCode();
+  status.axis_error[i] = axis.driver().errorCode();
   status.axis_guards[i] = axis.guards();
-  status.axis_lost[i] = static_cast<std::uint16_t>(axis.driveNode().lostProtections());
-  status.axis_temperature[i] = static_cast<float>(axis.temperature());
+  status.axis_lost[i] = static_cast<std::uint16_t>(axis.driver().lostProtections());
+  status.axis_temperature[i] = static_cast<float>(axis.driver().temperature());
   status.following_error[i] = axis.followingError();
   const bool both = axis.config().encoder && axis.referenced();
   status.encoder_difference[i] = both ? axis.encoderPosition() - axis.position() : 0.0;
@@ -34,8 +35,8 @@ dds::Reply replyOf(const HalAnswer& answer) {
 
 HalCore::HalCore(const runtime::Setup& setup,
                  const hal::HardwareConfig& hardware,
-                 const std::vector<hal::can::Bus*>& buses)
-    : DriveCore(setup, hardware, buses, robotOptions(setup.deployment)),
+                 std::vector<std::unique_ptr<hal::Fieldbus>> buses)
+    : DriveCore(setup, hardware, std::move(buses), robotOptions(setup.deployment)),
       commands_(setup.deployment.budgets.commandAge(setup.deployment.control_period)) {}
 
 void HalCore::onCommand(const dds::ActuationCommand& command, std::int64_t now, std::uint64_t arrivals) noexcept {
@@ -134,11 +135,11 @@ void HalCore::status(dds::HalStatus& status) const noexcept {
   status.bus_load = 0.0;
   for (int b = 0; b < status.bus_count; ++b) {
     const auto i = static_cast<std::size_t>(b);
-    const hal::can::BusCounters& counters = drives_.bus(b).counters();
+    const hal::FieldbusCounters counters = drives_.bus(b).counters();
     status.bus_state[i] = static_cast<std::uint8_t>(drives_.bus(b).state());
-    status.bus_loads[i] = drives_.busLoad(b);
-    status.bus_dropped[i] = counters.tx_dropped + counters.tx_failed;
-    status.bus_overflow[i] = counters.rx_overflow;
+    status.bus_loads[i] = drives_.bus(b).load();
+    status.bus_dropped[i] = counters.dropped;
+    status.bus_overflow[i] = counters.overflow;
     status.bus_success[i] = drives_.busSuccess(b);
     status.bus_load = std::max(status.bus_load, status.bus_loads[i]);
   }

@@ -4,6 +4,8 @@
 #pragma once
 
 #include <array>
+#include <memory>
+#include <vector>
 
 #include "hal/robot_hardware.h"
 #include "safety/watchdog.h"
@@ -34,8 +36,10 @@ dds::Reply replyOf(const HalAnswer& answer);
  * throws. Times are ns, monotonic. */
 class HalCore : public runtime::DriveCore<hal::RobotHardware> {
  public:
-  /// @param buses open, in the order of the hardware file; they outlive the core.
-  HalCore(const runtime::Setup& setup, const hal::HardwareConfig& hardware, const std::vector<hal::can::Bus*>& buses);
+  /// @param buses open, in the order of the hardware file.
+  HalCore(const runtime::Setup& setup,
+          const hal::HardwareConfig& hardware,
+          std::vector<std::unique_ptr<hal::Fieldbus>> buses);
 
   /// Before start(): detects other masters on the buses, and sends nothing; see RobotHardware::listen().
   void listen(std::int64_t now) noexcept { drives_.listen(now); }

@@ -10,19 +10,6 @@ namespace tandem::hal_service {
 namespace {
 
 using Kind = hal::HardwareEvent::Kind;
-using Reason = hal::canopen::NodeFailure::Reason;
-
-std::string describeFailure(const hal::canopen::Node& node, const hal::canopen::NodeFailure& failure) {
-  std::string text = node.describe(failure);
-  if (failure.reason != Reason::kAborted || failure.step < 0)
-    return text;
-  const std::uint32_t lost = node.steps()[static_cast<std::size_t>(failure.step)].protections & node.lostProtections();
-  if (lost != 0)
-    text += "; without " + hal::describeProtections(lost) +
-            " the drive may go on when the HAL ends: change its setting, or `accept` this axis in the hardware file "
-            "(docs/hardware.md)";
-  return text;
-}
 
 /// "; the drive lacks X: after the end of the HAL the joint travels up to 1.5 mm".
 std::string describeLoss(const hal::Axis& axis, hal::ProtectionMask lost) {
@@ -32,26 +19,6 @@ std::string describeLoss(const hal::Axis& axis, hal::ProtectionMask lost) {
   return "; the drive lacks " + hal::describeProtections(lost) + ": after the end of the HAL the joint " +
          (std::isfinite(travel) ? fmt::format("travels up to {:.2g} {}", shown, translation ? "mm" : "deg")
                                 : "may continue, because nothing is known to stop it");
-}
-
-bool differs(double one, double other) { return std::abs(one - other) > 1e-3 * std::abs(other); }
-
-/// "; the drive states 2000 counts per revolution ..., the hardware file says 4096" where they differ.
-std::string describeFactors(const hal::Axis& axis) {
-  const hal::StatedFactors factors = hal::statedFactors(axis.driveNode());
-  std::string text;
-  if (const auto counts = hal::statedCounts(factors);
-      counts && differs(*counts, axis.config().gearing.counts_per_revolution))
-    text += fmt::format(
-        "; the drive states {:.6g} counts per revolution of its motor (608F, 6091, 6092), the hardware "
-        "file says {:.6g}",
-        *counts, axis.config().gearing.counts_per_revolution);
-  const double numbers = 1.0 / axis.units().countsPerVelocityNumber();
-  if (factors.velocity.isSet() && differs(factors.velocity.value(), numbers))
-    text +=
-        fmt::format("; the drive states a velocity factor of {:.6g} (6096), the hardware file's units make it {:.6g}",
-                    factors.velocity.value(), numbers);
-  return text;
 }
 
 /// "position 3.2 mm is not plausible: it was 1.1 mm, 2.1 mm away, expected at most 0.5 mm; ...".
@@ -79,13 +46,6 @@ std::string describeJump(const hal::AxisConfig& axis, const hal::HardwareEvent& 
   return text + ". Compare it with the joint, then tandem home --confirm, or correct the offset";
 }
 
-std::string describeMaster(hal::canopen::MasterFrame frame) {
-  const std::string received = ": " + std::string(name(frame)) + " from another master";
-  if (frame == hal::canopen::MasterFrame::kSdoRequest)
-    return received + "; two SDO clients of one node disturb each other's parameter access";
-  return received + "; stop it, then `tandem robot disable`";
-}
-
 }  // namespace
 
 std::string describeLost(const hal::HardwareConfig& hardware, const dds::HalStatus& status) {
@@ -103,20 +63,18 @@ std::string nameOf(const hal::BusConfig& bus) { return "bus " + bus.name + " (" 
 bool isProblem(const hal::HardwareEvent& event) {
   return event.kind == Kind::kGuard || event.kind == Kind::kNode || event.kind == Kind::kMaster ||
          event.kind == Kind::kUnconfirmed || (event.kind == Kind::kEmergency && event.code != 0) ||
-         (event.kind == Kind::kBus && event.bus_state != hal::can::BusState::kActive);
+         (event.kind == Kind::kBus && event.bus_state != hal::BusState::kActive);
 }
 
 std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& robot) {
   if (event.kind == Kind::kBus)
     return "bus " + robot.config().buses[event.bus].name + ": " + std::string(name(event.bus_state));
   if (event.kind == Kind::kMaster)
-    return nameOf(robot.config().buses[event.bus]) + describeMaster(event.master);
+    return nameOf(robot.config().buses[event.bus]) + robot.bus(event.bus).describeMaster(event.master);
   if (event.kind == Kind::kReleased)
     return "emergency stop released; `tandem robot disable` clears the faults";
   const hal::Axis& axis = robot.arm(event.arm).axis(event.joint);
-  const hal::canopen::Node* encoder = axis.encoderNode();
-  const hal::canopen::Node& node = event.encoder && encoder != nullptr ? *encoder : axis.driveNode();
-  const std::string who = node.setup().name + " (node " + std::to_string(node.id()) + ")";
+  const std::string who = axis.driver().deviceName(event.encoder);
   switch (event.kind) {
     case Kind::kGuard:
       return axis.config().name + ": " + hal::describeGuards(event.guards) +
@@ -128,10 +86,14 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
     case Kind::kEmergency:
       return who + ": " + (event.code == 0 ? "emergency cleared" : "emergency, " + hal::describeErrorCode(event.code));
     case Kind::kNode:
-      return who + ": " + describeFailure(node, event.failure);
+      return who + ": " +
+             (event.lost == 0 ? axis.driver().describe(event.failure, event.encoder)
+                              : "the drive lacks " + hal::describeProtections(event.lost) +
+                                    ", and may go on when the HAL ends: `accept` this axis in the hardware file "
+                                    "(docs/hardware.md), or give the drive one of them");
     case Kind::kReady:
       return axis.config().name + ": ready" + (event.lost == 0 ? "" : describeLoss(axis, event.lost)) +
-             describeFactors(axis);
+             axis.driver().remarks();
     case Kind::kUnconfirmed:
       return describeJump(axis.config(), event);
     case Kind::kBus:

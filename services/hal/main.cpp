@@ -133,14 +133,11 @@ class Service {
 void run(const runtime::Setup& setup, runtime::StopSignal& stop) {
   constexpr double kTimeout = 15.0;  // s
   const hal::HardwareConfig hardware = hal_service::loadHardwareOf(setup);
-  const auto buses = hal_service::openBuses(hardware, stop, kTimeout);
+  auto buses = hal_service::openBuses(hardware, setup.deployment.budgets, stop, kTimeout);
   if (buses.empty())
     return;
-  std::vector<hal::can::Bus*> open;
-  for (const auto& bus : buses)
-    open.push_back(bus.get());
   const auto locks = hal_service::lockBuses(hardware);
-  hal_service::HalCore core(setup, hardware, open);
+  hal_service::HalCore core(setup, hardware, std::move(buses));
   if (hal_service::waitForSilentBus(core, stop))
     Service(setup, hardware, core).run(stop);
 }

@@ -6,7 +6,7 @@
 
 #include "hal/canopen/eds.h"
 #include "hal/hardware.h"
-#include "hal/sheet_check.h"
+#include "hal/cia402/sheet_check.h"
 #include "services/cli/can/can.h"
 
 namespace tandem::cli {

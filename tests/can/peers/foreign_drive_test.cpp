@@ -10,6 +10,7 @@
 #include "hal/axis.h"
 #include "hal/can/clock.h"
 #include "hal/can/detail/socketcan.h"
+#include "hal/cia402/canopen_bus.h"
 
 namespace tandem::hal {
 namespace {
@@ -17,10 +18,14 @@ namespace {
 /** The first axis of the preset, on its own bus, in real time. */
 class ForeignDrive : public testing::Test {
  protected:
-  ForeignDrive() : hardware_(preset()), bus_("vcan0"), network_(bus_, options()) {
+  ForeignDrive() : hardware_(preset()), can_("vcan0"), bus_(can_, hardware_, 0, budgets()) {
+    axis_ = std::make_unique<Axis>(hardware_, hardware_.axes[0], bus_, budgets());
+  }
+
+  static safety::Budgets budgets() {
     safety::Budgets budgets;
     budgets.drive_heartbeat = kTimeout;
-    axis_ = std::make_unique<Axis>(hardware_, hardware_.axes[0], network_, budgets);
+    return budgets;
   }
 
   static HardwareConfig preset() {
@@ -32,30 +37,22 @@ class ForeignDrive : public testing::Test {
     hardware.axes[0].following_error = 5e-3;
     return hardware;
   }
-  canopen::NetworkOptions options() const {
-    canopen::NetworkOptions options;
-    options.own_id = static_cast<std::uint8_t>(hardware_.buses[0].node_id);
-    return options;
-  }
-
   void period() {
     const std::int64_t next = can::monotonicNow() + static_cast<std::int64_t>(1e9 * hardware_.period);
     while (can::monotonicNow() < next) {
-      pollfd source{bus_.fd(), POLLIN, 0};
+      pollfd source{can_.fd(), POLLIN, 0};
       poll(&source, 1, 1);
-      network_.receive(can::monotonicNow());
+      bus_.receive(can::monotonicNow());
     }
     const std::int64_t now = can::monotonicNow();
-    canopen::NetworkEvent event;
-    while (network_.nextEvent(event)) {
-      if (event.kind == canopen::NetworkEvent::Kind::kEmcy)
-        axis_->onEmcy(event.node, event.emcy);
+    FieldbusEvent event;
+    while (bus_.nextEvent(event)) {
     }
     axis_->update(now);
     if (step_)
       step_();
     axis_->writeCommand(now);
-    network_.transmit(now, {true, true});
+    bus_.transmit(now, false);
   }
   bool until(const std::function<bool()>& condition, double seconds = 20.0) {
     const std::int64_t end = can::monotonicNow() + static_cast<std::int64_t>(1e9 * seconds);
@@ -65,22 +62,24 @@ class ForeignDrive : public testing::Test {
   }
   std::string story() const {
     return std::string(name(axis_->phase())) + ", guards " + describeGuards(axis_->guards()) + "; " +
-           axis_->driveNode().describeFailure() + "; " + axis_->encoderNode()->describeFailure();
+           driver().driveNode().describeFailure() + "; " + driver().encoderNode()->describeFailure();
   }
+
+  const Cia402Driver& driver() const { return dynamic_cast<const Cia402Driver&>(axis_->driver()); }
 
   static constexpr double kTimeout = 1.0;  // s
   HardwareConfig hardware_;
-  can::SocketCanBus bus_;
-  canopen::Network network_;
+  can::SocketCanBus can_;
+  CanopenBus bus_;
   std::unique_ptr<Axis> axis_;
   std::function<void()> step_;
 };
 
 TEST_F(ForeignDrive, ComesUpMovesAndSwitchesOff) {
-  network_.setHeartbeat(true);
+  bus_.start(can::monotonicNow());
   axis_->boot(can::monotonicNow());
   ASSERT_TRUE(until([&] { return axis_->phase() == AxisPhase::kReady; })) << story();
-  for (const canopen::Node* node : {&std::as_const(*axis_).driveNode(), axis_->encoderNode()})
+  for (const canopen::Node* node : {&driver().driveNode(), driver().encoderNode()})
     EXPECT_EQ(node->stepsDone(), static_cast<int>(node->steps().size())) << "all written, all read back";
   const double start = axis_->position();
   EXPECT_NEAR(start, axis_->encoderPosition(), 1e-5);
@@ -88,7 +87,8 @@ TEST_F(ForeignDrive, ComesUpMovesAndSwitchesOff) {
   axis_->hold();
   axis_->setGoal(PowerGoal::kOperation, can::monotonicNow());
   ASSERT_TRUE(until([&] { return axis_->goalReached() && axis_->followsCommand(); })) << story();
-  EXPECT_NEAR(axis_->position(), start, 2.0 * axis_->units().resolution()) << "enabled without a jump";
+  EXPECT_NEAR(axis_->position(), start, 2.0 * AxisUnits(hardware_.axes[0].gearing).resolution())
+      << "enabled without a jump";
 
   // 4 mm at 5 mm/s and back.
   axis_->setOperating(true);
@@ -110,9 +110,9 @@ TEST_F(ForeignDrive, ComesUpMovesAndSwitchesOff) {
   axis_->setGoal(PowerGoal::kOff, can::monotonicNow());
   ASSERT_TRUE(until([&] { return axis_->goalReached(); })) << story();
   EXPECT_EQ(axis_->driveState(), DriveState::kSwitchOnDisabled);
-  EXPECT_EQ(network_.counters().total(), network_.counters().received);
-  EXPECT_EQ(axis_->driveNode().tpdos()[0].bad_length, 0u);
-  EXPECT_GT(axis_->driveNode().tpdos()[0].count, 100u);
+  EXPECT_EQ(bus_.network().counters().total(), bus_.network().counters().received);
+  EXPECT_EQ(driver().driveNode().tpdos()[0].bad_length, 0u);
+  EXPECT_GT(driver().driveNode().tpdos()[0].count, 100u);
 }
 
 }  // namespace

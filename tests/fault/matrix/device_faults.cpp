@@ -300,13 +300,13 @@ Json measureEnd(DriveMode mode, const Lack& lack) {
   const Axis& axis = system.robot->arm(0).axis(1);
   AxisConfig slow = axis.config();
   slow.velocity = kTranslation;
-  const double travel = slow.travelWithoutHal(axis.driveNode().lostProtections(), safety::Budgets{}.drive_heartbeat);
+  const double travel = slow.travelWithoutHal(axis.driver().lostProtections(), safety::Budgets{}.drive_heartbeat);
   Json row{{"mode", name(mode)},
-           {"lost", describeProtections(axis.driveNode().lostProtections())},
+           {"lost", describeProtections(axis.driver().lostProtections())},
            {"standing_ms",
             standing < 0 || standing > static_cast<std::int64_t>(1e9 * (kTime - kEnd)) ? -1.0 : milliseconds(standing)},
            {"travel_mm", 1e3 * way.head(3).maxCoeff()},
-           {"as_expected", axis.driveNode().lostProtections() == lack.lost}};
+           {"as_expected", axis.driver().lostProtections() == lack.lost}};
   row["bound_mm"] = std::isfinite(travel) ? Json(1e3 * travel) : Json();
   return row;
 }

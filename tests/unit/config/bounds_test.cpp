@@ -10,7 +10,7 @@
 #include "config/path.h"
 #include "config/robot_files.h"
 #include "control/resolver.h"
-#include "hal/detail/node_setups.h"
+#include "hal/cia402/detail/node_setups.h"
 #include "kinematics/tube_model.h"
 #include "robots/plant/plant.h"
 #include "services/runtime/periodic_loop.h"

@@ -43,7 +43,7 @@ HardwareConfig inUnits(DriveMode mode, const DriveUnits& units) {
 /** A robot of such drives boots, moves by its commands, stands, and stops with the ramp of its drives. */
 void expectMovesAndStops(System& system) {
   constexpr double kTranslation = 4e-3, kRotation = 0.3, kTime = 1.0;
-  ASSERT_TRUE(system.boot()) << system.story() << system.robot->arm(0).axis(0).driveNode().describeFailure();
+  ASSERT_TRUE(system.boot()) << system.story() << driveNode(system.robot->arm(0).axis(0)).describeFailure();
   ASSERT_TRUE(system.enable()) << system.story();
   const ArmVector start = system.truth(0);
   system.run(0.3);
@@ -121,7 +121,7 @@ INSTANTIATE_TEST_SUITE_P(Of, EachDialect, testing::ValuesIn(dialects()), [](cons
 TEST(Dialects, ADriveThatStatesAnotherUnitIsRefused) {
   System system(presetHardware(), 0.0, stating({{{0x60A9, 0}, kRpm}}));
   EXPECT_FALSE(system.boot());
-  EXPECT_EQ(system.robot->arm(0).axis(0).driveNode().describeFailure(),
+  EXPECT_EQ(driveNode(system.robot->arm(0).axis(0)).describeFailure(),
             "node 1 (arm_a translation 1): unit of velocities (velocity_unit of the hardware file) 60A9:00: found "
             "11814656 (0xB44700), expected 11862784 (0xB50300)");
   system.request(DriveRequest::kEnable);
@@ -139,7 +139,7 @@ TEST(Dialects, AUnitThatIsNotKnownSaysNothing) {
 TEST(Dialects, ADriveThatAnswersAfterTheTimeOutIsRefused) {
   System system(presetHardware(), 0.0, {sim::drives::driveEds(), {AnswerForm::kSized, 150 * kMillisecond}});
   EXPECT_FALSE(system.boot());
-  EXPECT_EQ(system.robot->arm(0).axis(0).driveNode().failure().abort, canopen::SdoAbort::kTimeout);
+  EXPECT_EQ(driveNode(system.robot->arm(0).axis(0)).failure().abort, canopen::SdoAbort::kTimeout);
 }
 
 /// The mode that the drive shows in operation is another one: no motion.
@@ -219,7 +219,7 @@ TEST(WritesOfTheFile, ComeBeforeThoseOfTheHal) {
   HardwareConfig hardware = presetHardware();
   hardware.axes[0].sdo = {writing({0x3001, 2}, 4711), writing({0x6085, 0}, 1)};
   System system(hardware, 0.0, withParameter({0x3001, 2}, 0));
-  ASSERT_TRUE(system.boot()) << system.story() << system.robot->arm(0).axis(0).driveNode().describeFailure();
+  ASSERT_TRUE(system.boot()) << system.story() << driveNode(system.robot->arm(0).axis(0)).describeFailure();
   EXPECT_EQ(system.drive(0, 0).dictionary().require(0x3001, 2).value, 4711);
   EXPECT_EQ(system.drive(0, 1).dictionary().require(0x3001, 2).value, 0) << "of one axis";
   const AxisConfig& axis = hardware.axes[0];
@@ -236,7 +236,7 @@ TEST(WritesOfTheFile, AnAbsentObjectStopsTheBootUnlessItIsOptional) {
   hardware.axes[0].sdo[0].optional = false;
   System strict(hardware);
   strict.robot->start(strict.now);
-  const canopen::Node& node = strict.robot->arm(0).axis(0).driveNode();
+  const canopen::Node& node = driveNode(strict.robot->arm(0).axis(0));
   ASSERT_TRUE(strict.until(3.0, [&] { return node.phase() == canopen::NodePhase::kFailed; }));
   EXPECT_NE(node.describeFailure().find("a current limit 3001:02"), std::string::npos) << node.describeFailure();
 }
@@ -261,7 +261,7 @@ TEST(StatedFactors, AreReadWhereADriveHasThem) {
   const auto stated = [](const DriveKind& kind) {
     System system(presetHardware(), 0.0, kind);
     EXPECT_TRUE(system.boot());
-    return statedFactors(system.robot->arm(0).axis(0).driveNode());
+    return statedFactors(driveNode(system.robot->arm(0).axis(0)));
   };
   EXPECT_FALSE(statedCounts(stated(without({0x608F, 0x6091, 0x6092}))));
   const StatedFactors all = stated(

@@ -156,7 +156,7 @@ TEST(TorqueLimit, IsOffByDefault) {
   ASSERT_TRUE(system.inject(0, FaultKind::kOverload, 2));
   system.run(1.0);
   EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
-  EXPECT_EQ(system.robot->arm(0).axis(1).driveNode().tpdos()[0].layout.size(), 2);
+  EXPECT_EQ(driveNode(system.robot->arm(0).axis(1)).tpdos()[0].layout.size(), 2);
 }
 
 TEST(HardwareWatchdogs, SilenceOfControlStopsTheArms) {
@@ -206,7 +206,8 @@ TEST(Setup, AnAxisWithTheWrongSerialNumberIsNotUsed) {
   HardwareConfig honest = presetHardware();
   System system(honest);
   std::vector<can::Bus*> buses{&system.wires[0]->master, &system.wires[1]->master};
-  system.robot = std::make_unique<RobotHardware>(config, buses, RobotOptions{});
+  system.robot =
+      std::make_unique<RobotHardware>(config, canopenBuses(config, buses, safety::Budgets{}), RobotOptions{});
   system.robot->start(system.now);
   EXPECT_FALSE(system.until(5.0, [&] { return system.allHomed(); }));
   EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
@@ -216,7 +217,7 @@ TEST(Setup, AnAxisWithTheWrongSerialNumberIsNotUsed) {
   bool reported = false;
   for (const HardwareEvent& event : system.events)
     reported = reported || (event.kind == HardwareEvent::Kind::kNode && event.encoder && event.joint == 1 &&
-                            event.failure.reason == canopen::NodeFailure::Reason::kMismatch);
+                            nodeFailure(event.failure).reason == canopen::NodeFailure::Reason::kMismatch);
   EXPECT_TRUE(reported) << system.story();
 }
 

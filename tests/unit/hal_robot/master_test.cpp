@@ -19,6 +19,12 @@ constexpr double kListening = 0.5;
 /// Periods after the frame: the cycle that reads it latches.
 constexpr int kBudgetPeriods = 1;
 
+RobotOptions robotOptions() {
+  RobotOptions options;
+  options.control_period = System::kControlPeriod;
+  return options;
+}
+
 /** A foreign master on each bus of a system. */
 struct Others {
   explicit Others(System& system) {
@@ -34,7 +40,9 @@ struct Others {
       }
     }
   }
-  std::vector<can::Bus*> buses() const { return {ports.begin(), ports.end()}; }
+  std::vector<std::unique_ptr<Fieldbus>> buses(const HardwareConfig& hardware) const {
+    return canopenBuses(hardware, {ports.begin(), ports.end()}, robotOptions().budgets);
+  }
   std::uint64_t sent() const {
     std::uint64_t all = 0;
     for (const can::VirtualBus::Port* port : ports)
@@ -44,15 +52,9 @@ struct Others {
   std::vector<can::VirtualBus::Port*> ports;
 };
 
-RobotOptions robotOptions() {
-  RobotOptions options;
-  options.control_period = System::kControlPeriod;
-  return options;
-}
-
 bool received(const RobotHardware& robot) {
   for (int b = 0; b < robot.busCount(); ++b) {
-    if (robot.network(b).masters().receivedAny())
+    if (networkOf(robot, b).masters().receivedAny())
       return true;
   }
   return false;
@@ -82,10 +84,10 @@ TEST(ForeignMaster, SecondHalDetectsTheFirstAndSendsNothing) {
   system.move(1, speeds(1e-3, 0.1));
   system.run(0.3);
   Others others(system);
-  RobotHardware second(system.config, others.buses(), robotOptions());
+  RobotHardware second(system.config, others.buses(system.config), robotOptions());
   listen(system, second);
   for (int b = 0; b < 2; ++b) {
-    const canopen::MasterWatch& masters = second.network(b).masters();
+    const canopen::MasterWatch& masters = networkOf(second, b).masters();
     EXPECT_GE(masters.received(MasterFrame::kSync).count, 120u);
     EXPECT_GE(masters.received(MasterFrame::kHeartbeat).count, 15u);
     EXPECT_GE(masters.received(MasterFrame::kCommandPdo).count, 6 * 120u);
@@ -103,7 +105,7 @@ TEST(ForeignMaster, AnybodyElseOnTheBusMayTalkWhileAHalListens) {
   system.hal_alive = false;
   system.run(0.5);
   Others others(system);
-  RobotHardware second(system.config, others.buses(), robotOptions());
+  RobotHardware second(system.config, others.buses(system.config), robotOptions());
   std::vector<can::VirtualBus::Port*> strangers;
   for (auto& wire : system.wires)
     strangers.push_back(&wire->bus.join("stranger"));
@@ -113,13 +115,13 @@ TEST(ForeignMaster, AnybodyElseOnTheBusMayTalkWhileAHalListens) {
   talk(can::makeFrame(canopen::cob::kSdoRequest + 99, std::array<std::uint8_t, 8>{0x40}));
   talk(can::makeFrame(canopen::cob::kTime, std::array<std::uint8_t, 6>{}));
   listen(system, second);
-  EXPECT_FALSE(received(second)) << second.network(0).masters().describe();
-  EXPECT_GT(second.network(0).counters().received, 0u);
+  EXPECT_FALSE(received(second)) << networkOf(second, 0).masters().describe();
+  EXPECT_GT(networkOf(second, 0).counters().received, 0u);
   // Every frame that only a master sends is detected, with a single one.
   talk(can::makeFrame(canopen::cob::kSdoRequest + 3, std::array<std::uint8_t, 8>{0x40}));
   second.listen(system.now);
-  EXPECT_EQ(second.network(0).masters().describe(), "SDO request (once)");
-  EXPECT_FALSE(second.network(0).masters().commands(system.now));
+  EXPECT_EQ(networkOf(second, 0).masters().describe(), "SDO request (once)");
+  EXPECT_FALSE(networkOf(second, 0).masters().commands(system.now));
 }
 
 /** Frame of a foreign master on the first arm's bus. */
@@ -176,7 +178,8 @@ TEST_P(Foreign, OneFrameOnABusStopsItsArmsAndClearsAfterTheSilence) {
     EXPECT_EQ(system.guardCount(HardwareGuard::kForeignMaster), 6u) << "once for each axis of the bus";
     int reported = 0;
     for (const HardwareEvent& event : system.events)
-      reported += event.kind == HardwareEvent::Kind::kMaster && event.bus == 0 && event.master == GetParam().kind;
+      reported += event.kind == HardwareEvent::Kind::kMaster && event.bus == 0 &&
+                  event.master == static_cast<std::uint8_t>(GetParam().kind);
     EXPECT_EQ(reported, 1) << system.story();
 
     // The whole arm stops within the ramp and the drives' own lag, and loses its torque; the other one continues.
@@ -217,7 +220,7 @@ INSTANTIATE_TEST_SUITE_P(Frames, Foreign, testing::ValuesIn(kCases), [](const au
 TEST(ForeignMaster, TwoThatListenAtOnceAndBeginAtOnceStopEachOther) {
   System system;
   Others others(system);
-  RobotHardware second(system.config, others.buses(), robotOptions());
+  RobotHardware second(system.config, others.buses(system.config), robotOptions());
   const std::int64_t end = system.now + static_cast<std::int64_t>(1e9 * second.listeningTime());
   while (system.now < end) {
     const bool alive = std::exchange(system.hal_alive, false);
@@ -260,7 +263,7 @@ TEST(ForeignMaster, ASecondHalThatDoesNotListenStopsBothArms) {
   system.run(0.5);
   others.drain();
   const ArmVector before[] = {system.truth(0), system.truth(1)};
-  RobotHardware second(system.config, others.buses(), robotOptions());
+  RobotHardware second(system.config, others.buses(system.config), robotOptions());
   second.start(system.now);
   second.step(system.now);
   system.after_period = [&] { second.step(system.now); };
@@ -353,10 +356,11 @@ TEST(ForeignMaster, ToolsThatReadObjectsAreReportedAndStopNothing) {
     system.run(0.01);
   }
   EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
-  EXPECT_EQ(system.robot->network(0).masters().received(MasterFrame::kSdoRequest).count, 50u);
+  EXPECT_EQ(networkOf(*system.robot, 0).masters().received(MasterFrame::kSdoRequest).count, 50u);
   int reported = 0;
   for (const HardwareEvent& event : system.events)
-    reported += event.kind == HardwareEvent::Kind::kMaster && event.master == MasterFrame::kSdoRequest;
+    reported += event.kind == HardwareEvent::Kind::kMaster &&
+                event.master == static_cast<std::uint8_t>(MasterFrame::kSdoRequest);
   EXPECT_EQ(reported, 1) << "once, not with every request";
 }
 

@@ -40,7 +40,7 @@ HardwareConfig accepting(std::initializer_list<Protection> losses) {
   return config;
 }
 
-ProtectionMask lostOf(const System& system) { return system.robot->arm(0).axis(0).driveNode().lostProtections(); }
+ProtectionMask lostOf(const System& system) { return system.robot->arm(0).axis(0).driver().lostProtections(); }
 
 /// The drives boot without these protections, and move.
 void expectMoves(System& system, ProtectionMask lost) {
@@ -62,7 +62,7 @@ void expectMoves(System& system, ProtectionMask lost) {
 /// No drive boots, and the reason is the object.
 void expectRefused(System& system, ObjectAddress object, canopen::SdoAbort abort) {
   EXPECT_FALSE(system.boot());
-  const canopen::Node& node = system.robot->arm(0).axis(0).driveNode();
+  const canopen::Node& node = driveNode(system.robot->arm(0).axis(0));
   ASSERT_EQ(node.failure().reason, NodeFailure::Reason::kAborted);
   EXPECT_EQ(node.steps()[static_cast<std::size_t>(node.failure().step)].object, object);
   EXPECT_EQ(node.failure().abort, abort);

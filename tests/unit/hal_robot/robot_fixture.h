@@ -13,6 +13,7 @@
 
 #include "config/config.h"
 #include "hal/can/virtual_bus.h"
+#include "hal/cia402/canopen_bus.h"
 #include "hal/robot_hardware.h"
 #include "services/drive_sim/bus_spec.h"
 #include "sim/drives/drive_bus.h"
@@ -123,16 +124,23 @@ class System {
       wires.push_back(std::make_unique<Wire>(config, b, now, kind));
     replaceHal(config, emergency_reports);
   }
+  /// Drives of another kind, without a CAN bus.
+  System(const HardwareConfig& hardware, std::vector<std::unique_ptr<Fieldbus>> buses) : config(hardware) {
+    startHal(config, std::move(buses), 0.0);
+  }
 
   /// A new HAL, by another hardware file perhaps, at the same drives.
   void replaceHal(const HardwareConfig& file, double emergency_reports = 0.0) {
     std::vector<can::Bus*> buses;
     for (auto& wire : wires)
       buses.push_back(&wire->master);
+    startHal(file, canopenBuses(file, buses, safety::Budgets{}), emergency_reports);
+  }
+  void startHal(const HardwareConfig& file, std::vector<std::unique_ptr<Fieldbus>> buses, double emergency_reports) {
     RobotOptions options;
     options.control_period = kControlPeriod;
     options.emergency_reports = emergency_reports;
-    robot = std::make_unique<RobotHardware>(file, buses, options);
+    robot = std::make_unique<RobotHardware>(file, std::move(buses), options);
   }
 
   /// One period of the bus: drives every millisecond, the HAL at the end, commands every control period.
@@ -270,6 +278,14 @@ class System {
   HardwareEvent event;
   std::function<void()> after_period;
 };
+
+/// The CANopen side of an axis and of a bus.
+inline const canopen::Node& driveNode(const Axis& axis) {
+  return dynamic_cast<const Cia402Driver&>(axis.driver()).driveNode();
+}
+inline const canopen::Network& networkOf(const RobotHardware& robot, int bus) {
+  return dynamic_cast<const CanopenBus&>(robot.bus(bus)).network();
+}
 
 /// Repeats the request to home arm A until its run has ended, at most so many times.
 inline ArmHardware::HomingAnswer homeArm(System& system, int most) {

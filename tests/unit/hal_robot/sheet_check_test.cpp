@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file The judgement of a data sheet: a drive that is made of the sheet boots, and lacks, what was foretold. */
-#include "hal/sheet_check.h"
+#include "hal/cia402/sheet_check.h"
 
 #include <random>
 
@@ -176,7 +176,7 @@ bool bootsAsForetold(const Eds& sheet, const HardwareConfig& config) {
   EXPECT_EQ(booted, foretold) << why << system.story();
   for (std::size_t i = 0; booted && i < config.axes.size(); ++i) {
     const AxisConfig& axis = config.axes[i];
-    EXPECT_EQ(system.robot->arm(axis.arm).axis(axis.joint).driveNode().lostProtections(),
+    EXPECT_EQ(system.robot->arm(axis.arm).axis(axis.joint).driver().lostProtections(),
               checkSheet(sheet, config, axis, kDriveHeartbeat).lost)
         << why;
   }

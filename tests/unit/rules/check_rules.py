@@ -42,6 +42,9 @@ MAY_USE = {
     "console": [],
 }
 
+# Axes, arms and guards know AxisDriver and Fieldbus, not a bus: in hal, only these folders include each other's files.
+BUSES = ["hal/can", "hal/canopen", "hal/cia402"]
+
 # Permitted for every room: enumerations generated from idl/, without dependencies.
 EVERYONE = ["idl/enumerations.h"]
 
@@ -125,6 +128,8 @@ def check_includes(path, lines):
         target = match.group(2)
         if FAST_DDS.match(target) and not within(path, SEES_FAST_DDS):
             yield number, f"includes {target}: only {', '.join(SEES_FAST_DDS)} see Fast DDS and its generated types"
+        if key == "hal" and within(target, BUSES) and not within(path, BUSES):
+            yield number, f"includes {target}: above hal/axis_driver.h and hal/fieldbus.h nothing knows a bus"
         used = target.split("/")[0]
         if "/" not in target or used not in MAY_USE or within(target, [own]):
             continue

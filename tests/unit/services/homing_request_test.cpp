@@ -20,7 +20,7 @@ class HomingSystem {
       wires_.push_back(std::make_unique<hal::test::Wire>(hardware_, b, now_));
       buses_.push_back(&wires_.back()->master);
     }
-    hal_.emplace(of_hal_, hardware_, buses_);
+    hal_.emplace(of_hal_, hardware_, hal::canopenBuses(hardware_, buses_, of_hal_.deployment.budgets));
     hal_->start(now_);
     run(3.0);
   }

@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
+#include "hal/cia402/sdo_jobs.h"
 #include "hal/drives/cia402.h"
-#include "hal/sdo_jobs.h"
 
 namespace tandem::hal {
 

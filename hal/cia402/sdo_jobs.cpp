@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sdo_jobs.h"
+#include "hal/cia402/sdo_jobs.h"
 
 #include "hal/canopen/bytes.h"
 

@@ -19,9 +19,6 @@ inline constexpr int kEncoderPosition = 0;  ///< TPDO of an encoder
 inline constexpr int kEncoderAlarms = 1;
 }  // namespace slots
 
-/// A TPDO counts as missing after so many SYNCs, and not before the time budget.
-inline constexpr std::uint64_t kMissedSyncs = 3;
-
 /// Objects that more than one part of the HAL knows.
 namespace objects {
 inline constexpr canopen::ObjectAddress kMode{0x6060, 0};

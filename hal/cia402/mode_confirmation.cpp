@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/mode_confirmation.h"
+#include "hal/cia402/mode_confirmation.h"
 
-#include "hal/detail/node_setups.h"
+#include "hal/cia402/detail/node_setups.h"
 #include "hal/nanoseconds.h"
 
 namespace tandem::hal {

@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <limits>
 
+#include "hal/cia402/sdo_jobs.h"
 #include "hal/hardware.h"
-#include "hal/sdo_jobs.h"
 
 namespace tandem::hal {
 

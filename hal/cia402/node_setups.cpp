@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/detail/node_setups.h"
+#include "hal/cia402/detail/node_setups.h"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
-#include "hal/axis.h"
+#include "hal/cia402/cia402_driver.h"
 #include "hal/nanoseconds.h"
 
 namespace tandem::hal {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/temperature.h"
+#include "hal/cia402/temperature.h"
 
 #include <algorithm>
 

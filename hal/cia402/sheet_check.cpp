@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hal/sheet_check.h"
+#include "hal/cia402/sheet_check.h"
 
 #include <algorithm>
 #include <map>
 
 #include "hal/canopen/bytes.h"
 #include "hal/canopen/node.h"
-#include "hal/detail/node_setups.h"
+#include "hal/cia402/detail/node_setups.h"
 
 namespace tandem::hal {
 namespace {

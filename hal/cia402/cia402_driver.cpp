@@ -1,0 +1,302 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hal/cia402/cia402_driver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+
+#include "hal/cia402/detail/node_setups.h"
+
+namespace tandem::hal {
+namespace {
+
+using canopen::NodePhase;
+
+static_assert(static_cast<int>(Progress::kIdle) == static_cast<int>(SdoJobs::Status::kIdle) &&
+              static_cast<int>(Progress::kBusy) == static_cast<int>(SdoJobs::Status::kBusy) &&
+              static_cast<int>(Progress::kDone) == static_cast<int>(SdoJobs::Status::kDone) &&
+              static_cast<int>(Progress::kFailed) == static_cast<int>(SdoJobs::Status::kFailed));
+
+AxisUnits unitsOf(const AxisConfig& config) {
+  Gearing gearing = config.gearing;
+  gearing.offset = 0.0;  // Axis adds it
+  return AxisUnits(gearing, config.units);
+}
+
+bool differs(double one, double other) { return std::abs(one - other) > 1e-3 * std::abs(other); }
+
+std::string shortest(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.6g", value);
+  return text;
+}
+
+}  // namespace
+
+Cia402Driver::Cia402Driver(const HardwareConfig& hardware,
+                           const AxisConfig& config,
+                           canopen::Network& network,
+                           const safety::Budgets& budgets)
+    : config_(config),
+      network_(network),
+      drive_(network.addNode(driveSetup(hardware, config, budgets.drive_heartbeat))),
+      units_(unitsOf(config)),
+      temperature_(config) {
+  if (!config.encoder)
+    return;
+  encoder_ = network.addNode(encoderSetup(hardware, config, budgets.drive_heartbeat));
+  encoder_reading_ = EncoderReading(*config.encoder, config.lower, config.upper);
+}
+
+void Cia402Driver::boot(std::int64_t now) noexcept {
+  network_.boot(drive_, now);
+  if (encoder_ >= 0)
+    network_.boot(encoder_, now);
+  phase_ = DriverPhase::kBooting;
+  jobs_.clear();
+  brake_jobs_.clear();
+  temperature_.restart();
+  limits_ = prepared_ = Progress::kIdle;
+  wrong_mode_ = operation_ = false;
+  emergency_ = encoder_emergency_ = false;
+  error_code_ = 0;
+  encoder_reading_.restart();
+  statusword_ = mode_bits_ = 0;
+  feedback_.state = DriveFeedback{}.state;
+}
+
+void Cia402Driver::onEmcy(int node, const canopen::Emcy& emcy) noexcept {
+  (node == drive_ ? emergency_ : encoder_emergency_) = emcy.code != canopen::error_code::kNone;
+  if (emcy.code != canopen::error_code::kNone)
+    error_code_ = emcy.code;
+}
+
+void Cia402Driver::updateNodes(std::int64_t now) noexcept {
+  bool all = true;
+  for (const int index : {drive_, encoder_}) {
+    if (index < 0)
+      continue;
+    const NodePhase phase = network_.node(index).phase();
+    if (phase == NodePhase::kConfigured)
+      network_.start(index, now);
+    if (phase == NodePhase::kFailed)
+      phase_ = DriverPhase::kFailed;
+    all = all && phase == NodePhase::kOperational;
+  }
+  if (phase_ == DriverPhase::kBooting && all) {
+    phase_ = DriverPhase::kUp;
+    brake_jobs_.clear();
+    const std::uint64_t* shown = driveNode().readValue(objects::kModeDisplay);
+    mode_.expect(config_.mode, shown != nullptr && *shown == static_cast<std::uint64_t>(config_.mode));
+    emergency_ = encoder_emergency_ = false;  // those before the reset; a present error shows in the statusword
+  }
+}
+
+void Cia402Driver::readDrive() noexcept {
+  const canopen::Tpdo& tpdo = driveNode().tpdos()[0];
+  feedback_.arrivals.expected = network_.syncCount();
+  if (tpdo.count == feedback_.arrivals.received)
+    return;
+  constexpr double kPerMille = 1e3;
+  feedback_.arrivals.received = tpdo.count;
+  feedback_.time = sampled_;
+  statusword_ = static_cast<std::uint16_t>(tpdo.get(slots::kStatusword));
+  feedback_.state = driveState(statusword_);
+  feedback_.position = units_.toJoint(static_cast<std::int32_t>(tpdo.getSigned(slots::kPosition)));
+  if (config_.feedbackTorque() != 0)
+    feedback_.torque = static_cast<double>(static_cast<std::int16_t>(tpdo.getSigned(slots::kTorque))) / kPerMille;
+  const bool reports = config_.reports_following && config_.mode != DriveMode::kProfileVelocity;
+  feedback_.follows = !reports || (statusword_ & statusword::kFollowsCommand) != 0;
+  // In cyclic velocity mode a drive may slow down before its limit and report the bit.
+  feedback_.limited = config_.mode == DriveMode::kCyclicPosition && (statusword_ & statusword::kInternalLimit) != 0;
+}
+
+void Cia402Driver::readEncoder() noexcept {
+  if (encoder_ < 0)
+    return;
+  const canopen::Tpdo& tpdo = network_.node(encoder_).tpdos()[0];
+  encoder_feedback_.arrivals.expected = network_.syncCount();
+  if (tpdo.count == encoder_feedback_.arrivals.received)
+    return;
+  encoder_feedback_.arrivals.received = tpdo.count;
+  encoder_feedback_.alarm = (tpdo.get(slots::kEncoderAlarms) & 1u) != 0;
+  encoder_feedback_.position =
+      encoder_reading_.take(static_cast<std::int32_t>(tpdo.getSigned(slots::kEncoderPosition)));
+}
+
+DriveInputs Cia402Driver::inputs(bool of_status) const noexcept {
+  const canopen::Node& node = driveNode();
+  const canopen::Tpdo& tpdo = node.tpdos()[of_status ? 0 : 1];
+  return {node.phase() == NodePhase::kOperational,
+          node.phase() == NodePhase::kFailed,
+          {tpdo.count, network_.syncCount()},
+          static_cast<std::uint32_t>(tpdo.get(of_status ? slots::kStatusword : slots::kInputs))};
+}
+
+bool Cia402Driver::sdoFree() const noexcept {
+  return brake_jobs_.status() != SdoJobs::Status::kBusy && !mode_.reading() && !temperature_.reading();
+}
+
+void Cia402Driver::stepJobs(std::int64_t now) noexcept {
+  if (jobs_.status() != SdoJobs::Status::kBusy || !sdoFree())
+    return;
+  Progress progress = progressOf(jobs_.step(driveNode(), now));
+  if (limits_ != Progress::kBusy) {
+    prepared_ = progress;
+    return;
+  }
+  if (progress == Progress::kFailed && canopen::isRefusal(jobs_.abort())) {
+    driveNode().addLost(bit(Protection::kSoftwareLimits));
+    jobs_.clear();
+    progress = Progress::kDone;
+  }
+  limits_ = progress;
+}
+
+void Cia402Driver::stepMode(std::int64_t now) noexcept {
+  wrong_mode_ = !mode_.step(operation_, idle(), driveNode(), now) || wrong_mode_;
+}
+
+void Cia402Driver::stepTemperature(std::int64_t now) noexcept {
+  temperature_.step(idle() && limits_ == Progress::kDone, driveNode(), now);
+}
+
+void Cia402Driver::update(std::int64_t now) noexcept {
+  updateNodes(now);
+  if (phase_ == DriverPhase::kBooting)
+    return;
+  readDrive();
+  readEncoder();
+  stepJobs(now);
+  brake_jobs_.step(driveNode(), now);
+  if (mode_.reading())
+    stepMode(now);
+  if (temperature_.reading())
+    stepTemperature(now);
+}
+
+void Cia402Driver::command(const DriveCommand& command, std::int64_t now) noexcept {
+  if (phase_ != DriverPhase::kBooting && !mode_.reading())  // after the brake
+    stepMode(now);
+  if (phase_ != DriverPhase::kBooting && !temperature_.reading())
+    stepTemperature(now);
+  sampled_ = now;  // the SYNC of this period follows
+  operation_ = feedback_.state == DriveState::kOperationEnabled;
+  canopen::Rpdo& rpdo = driveNode().rpdos()[0];
+  rpdo.set(slots::kControlword, command.word | (operation_ ? mode_bits_ : 0));
+  rpdo.set(slots::kTarget, targetIsVelocity(config_.mode) ? units_.toVelocityNumber(command.velocity)
+                                                          : units_.toCounts(command.position).value);
+}
+
+void Cia402Driver::setLimits(double lower, double upper) noexcept {
+  const Counts first = units_.toCounts(lower), second = units_.toCounts(upper);
+  if (!first.exact || !second.exact) {
+    limits_ = Progress::kFailed;
+    return;
+  }
+  if ((lostProtections() & bit(Protection::kSoftwareLimits)) != 0) {
+    limits_ = Progress::kDone;
+    return;
+  }
+  const std::int64_t least = std::min(first.value, second.value) - std::int64_t{1};
+  const std::int64_t most = std::max(first.value, second.value) + std::int64_t{1};
+  prepared_ = Progress::kIdle;
+  jobs_.clear();
+  jobs_.write(objects::kLowerLimit, least, 4);
+  jobs_.write(objects::kUpperLimit, most, 4);
+  limits_ = Progress::kBusy;
+}
+
+/// Maximum torque of the drive (6072) during a run against a mechanical stop, and otherwise: as it was at boot.
+std::int64_t Cia402Driver::maximumTorque(bool push) const noexcept {
+  constexpr double kPerMille = 1e3;
+  const std::uint64_t* before = driveNode().readValue(objects::kMaxTorque);
+  const auto normal = static_cast<std::int64_t>(before == nullptr ? 0 : *before);
+  return push ? std::min<std::int64_t>(normal, std::lround(kPerMille * config_.hard_stop.torque)) : normal;
+}
+
+void Cia402Driver::prepare(DriveTask task) noexcept {
+  const DriveMode mode = task == DriveTask::kHome ? DriveMode::kHoming : config_.mode;
+  limits_ = Progress::kIdle;
+  jobs_.clear();
+  jobs_.write(objects::kMode, static_cast<int>(mode), 1);
+  mode_.expect(mode, false);
+  wrong_mode_ = false;
+  if (config_.reference == PositionReference::kHardStop)
+    jobs_.write(objects::kMaxTorque, maximumTorque(task == DriveTask::kPush), 2);
+  prepared_ = Progress::kBusy;
+}
+
+Progress Cia402Driver::confirmed() const noexcept {
+  return mode_.confirmed() ? Progress::kDone : wrong_mode_ ? Progress::kFailed : Progress::kBusy;
+}
+
+Progress Cia402Driver::homing() const noexcept {
+  switch (homingState(statusword_)) {
+    case HomingState::kDone:
+      return Progress::kDone;
+    case HomingState::kErrorMoving:
+    case HomingState::kErrorStanding:
+      return Progress::kFailed;
+    default:
+      return Progress::kBusy;
+  }
+}
+
+bool Cia402Driver::setBrake(bool closed) noexcept {
+  if (!idle())
+    return false;
+  brake_jobs_.clear();
+  brake_jobs_.write(objects::kOutputs, config_.brake->output(closed), 4);
+  return true;
+}
+
+const canopen::Node& Cia402Driver::nodeOf(bool encoder) const noexcept {
+  return network_.node(encoder && encoder_ >= 0 ? encoder_ : drive_);
+}
+
+std::string Cia402Driver::deviceName(bool encoder) const {
+  const canopen::Node& node = nodeOf(encoder);
+  return node.setup().name + " (node " + std::to_string(node.id()) + ")";
+}
+
+std::string Cia402Driver::describe(const DeviceFailure& failure, bool encoder) const {
+  const canopen::Node& node = nodeOf(encoder);
+  const canopen::NodeFailure failed = nodeFailure(failure);
+  std::string text = node.describe(failed);
+  if (failed.reason != canopen::NodeFailure::Reason::kAborted || failed.step < 0)
+    return text;
+  const ProtectionMask lost = node.steps()[static_cast<std::size_t>(failed.step)].protections & node.lostProtections();
+  if (lost != 0)
+    text += "; without " + describeProtections(lost) +
+            " the drive may go on when the HAL ends: change its setting, or `accept` this axis in the hardware file "
+            "(docs/hardware.md)";
+  return text;
+}
+
+/// "; the drive states 2000 counts per revolution ..., the hardware file says 4096" where they differ.
+std::string Cia402Driver::remarks() const {
+  const StatedFactors factors = statedFactors(driveNode());
+  const double expected = config_.gearing.counts_per_revolution;
+  std::string text;
+  if (const auto counts = statedCounts(factors); counts && differs(*counts, expected))
+    text += "; the drive states " + shortest(*counts) +
+            " counts per revolution of its motor (608F, 6091, 6092), the hardware file says " + shortest(expected);
+  const double numbers = 1.0 / units_.countsPerVelocityNumber();
+  if (factors.velocity.isSet() && differs(factors.velocity.value(), numbers))
+    text += "; the drive states a velocity factor of " + shortest(factors.velocity.value()) +
+            " (6096), the hardware file's units make it " + shortest(numbers);
+  return text;
+}
+
+DeviceFailure deviceFailure(const canopen::NodeFailure& failure) noexcept {
+  return {static_cast<std::uint8_t>(failure.reason), failure.step, static_cast<std::uint32_t>(failure.abort),
+          failure.value};
+}
+
+canopen::NodeFailure nodeFailure(const DeviceFailure& failure) noexcept {
+  return {static_cast<canopen::NodeFailure::Reason>(failure.reason), failure.step,
+          static_cast<canopen::SdoAbort>(failure.code), failure.value};
+}
+
+}  // namespace tandem::hal
