@@ -119,6 +119,7 @@ std::vector<Field> modelFields() {
            &AxisConfig::reports_following),
       number("sdo_timeout", kTime, "longest time for an answer to an SDO request", &AxisConfig::sdo_timeout)
           .within(0.02, 10.0),
+      integer("pdo_objects", "most objects that the drive takes in one PDO", &AxisConfig::pdo_objects).within(1, 8),
       objectField("temperature_object", "object with a temperature, signed").defaultNote("none"),
       positive("temperature_scale", kNone, "degrees Celsius per unit of the temperature object",
                &AxisConfig::temperature_scale),

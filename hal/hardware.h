@@ -111,6 +111,7 @@ struct AxisConfig {
   Gearing gearing;
   DriveUnits units;
   double sdo_timeout = 0.1;       ///< longest time for the drive's or encoder's answer to an SDO request, s
+  int pdo_objects = 8;            ///< most objects in one PDO of the drive
   bool reports_following = true;  ///< bit 12 of the statusword is 1 while the drive follows the target (CSP, CSV)
   double lower = 0.0;             ///< software limits of the drive, m or rad
   double upper = 0.0;

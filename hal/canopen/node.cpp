@@ -21,6 +21,17 @@ void append(std::vector<SetupStep>& to, const std::vector<SetupStep>& steps) {
   to.insert(to.end(), steps.begin(), steps.end());
 }
 
+template <class Pdos>
+PdoSlot findSlot(const Pdos& pdos, ObjectAddress object) noexcept {
+  for (std::size_t k = 0; k < pdos.size(); ++k) {
+    for (int slot = 0; slot < pdos[k].layout.size(); ++slot) {
+      if (pdos[k].layout[slot].object == object)
+        return {static_cast<int>(k), slot};
+    }
+  }
+  return {};
+}
+
 void requireSteps(const std::vector<SetupStep>& steps) {
   for (const SetupStep& step : steps) {
     if (step.size < (step.writes() ? 1 : 0) || step.size > 8)
@@ -53,6 +64,9 @@ Node::Node(const NodeSetup& setup) : setup_(setup), sdo_(setup.id, setup.sdo_tim
   values_.resize(steps_.size());
   has_value_.resize(steps_.size());
 }
+
+PdoSlot Node::tpdoSlot(ObjectAddress object) const noexcept { return findSlot(tpdos_, object); }
+PdoSlot Node::rpdoSlot(ObjectAddress object) const noexcept { return findSlot(rpdos_, object); }
 
 std::string Node::describeFailure() const {
   return "node " + std::to_string(setup_.id) + (setup_.name.empty() ? "" : " (" + setup_.name + ")") + ": " +

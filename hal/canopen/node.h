@@ -87,6 +87,14 @@ struct Rpdo {
   void set(int slot, std::int64_t value) noexcept { word = layout.with(word, slot, static_cast<std::uint64_t>(value)); }
 };
 
+/** Place of an object in the PDOs of a node. */
+struct PdoSlot {
+  int pdo = -1;  ///< index in Node::tpdos() or rpdos(); -1: in none
+  int slot = 0;
+
+  bool mapped() const noexcept { return pdo >= 0; }
+};
+
 /** One node. Network controls it; other code reads it, and uses its SDO client while no configuration runs. */
 class Node {
  public:
@@ -119,6 +127,16 @@ class Node {
   const std::vector<Tpdo>& tpdos() const noexcept { return tpdos_; }
   std::vector<Rpdo>& rpdos() noexcept { return rpdos_; }
   const std::vector<Rpdo>& rpdos() const noexcept { return rpdos_; }
+  /// Place of an object that the node sends, or receives.
+  PdoSlot tpdoSlot(ObjectAddress object) const noexcept;
+  PdoSlot rpdoSlot(ObjectAddress object) const noexcept;
+  /// Last value received of an object that is mapped.
+  std::uint64_t get(PdoSlot at) const noexcept { return tpdos_[static_cast<std::size_t>(at.pdo)].get(at.slot); }
+  std::int64_t getSigned(PdoSlot at) const noexcept {
+    return tpdos_[static_cast<std::size_t>(at.pdo)].getSigned(at.slot);
+  }
+  /// Value to send of an object that is mapped.
+  void set(PdoSlot at, std::int64_t value) noexcept { rpdos_[static_cast<std::size_t>(at.pdo)].set(at.slot, value); }
   SdoClient& sdo() noexcept { return sdo_; }
   /// No configuration and no transfer runs: the caller may use sdo().
   bool sdoFree() const noexcept { return phase_ != NodePhase::kConfiguring && !sdo_.busy(); }

@@ -40,11 +40,13 @@ Cia402Driver::Cia402Driver(const HardwareConfig& hardware,
     : config_(config),
       network_(network),
       drive_(network.addNode(driveSetup(hardware, config, budgets.drive_heartbeat))),
+      slots_(network.node(drive_)),
       units_(unitsOf(config)),
       temperature_(config) {
   if (!config.encoder)
     return;
   encoder_ = network.addNode(encoderSetup(hardware, config, budgets.drive_heartbeat));
+  encoder_slots_ = EncoderSlots(network.node(encoder_));
   encoder_reading_ = EncoderReading(*config.encoder, config.lower, config.upper);
 }
 
@@ -93,18 +95,18 @@ void Cia402Driver::updateNodes(std::int64_t now) noexcept {
 }
 
 void Cia402Driver::readDrive() noexcept {
-  const canopen::Tpdo& tpdo = driveNode().tpdos()[0];
+  const canopen::Node& drive = driveNode();
   feedback_.arrivals.expected = network_.syncCount();
-  if (tpdo.count == feedback_.arrivals.received)
+  if (!samples_.take(drive, slots_.measured))
     return;
   constexpr double kPerMille = 1e3;
-  feedback_.arrivals.received = tpdo.count;
+  feedback_.arrivals.received = samples_.count();
   feedback_.time = sampled_;
-  statusword_ = static_cast<std::uint16_t>(tpdo.get(slots::kStatusword));
+  statusword_ = static_cast<std::uint16_t>(drive.get(slots_.statusword()));
   feedback_.state = driveState(statusword_);
-  feedback_.position = units_.toJoint(static_cast<std::int32_t>(tpdo.getSigned(slots::kPosition)));
-  if (config_.feedbackTorque() != 0)
-    feedback_.torque = static_cast<double>(static_cast<std::int16_t>(tpdo.getSigned(slots::kTorque))) / kPerMille;
+  feedback_.position = units_.toJoint(static_cast<std::int32_t>(drive.getSigned(slots_.position())));
+  if (slots_.torque().mapped())
+    feedback_.torque = static_cast<double>(static_cast<std::int16_t>(drive.getSigned(slots_.torque()))) / kPerMille;
   const bool reports = config_.reports_following && config_.mode != DriveMode::kProfileVelocity;
   feedback_.follows = !reports || (statusword_ & statusword::kFollowsCommand) != 0;
   // In cyclic velocity mode a drive may slow down before its limit and report the bit.
@@ -114,23 +116,23 @@ void Cia402Driver::readDrive() noexcept {
 void Cia402Driver::readEncoder() noexcept {
   if (encoder_ < 0)
     return;
-  const canopen::Tpdo& tpdo = network_.node(encoder_).tpdos()[0];
+  const canopen::Node& encoder = network_.node(encoder_);
   encoder_feedback_.arrivals.expected = network_.syncCount();
-  if (tpdo.count == encoder_feedback_.arrivals.received)
+  if (!encoder_samples_.take(encoder, encoder_slots_.measured))
     return;
-  encoder_feedback_.arrivals.received = tpdo.count;
-  encoder_feedback_.alarm = (tpdo.get(slots::kEncoderAlarms) & 1u) != 0;
+  encoder_feedback_.arrivals.received = encoder_samples_.count();
+  encoder_feedback_.alarm = (encoder.get(encoder_slots_.alarms()) & 1u) != 0;
   encoder_feedback_.position =
-      encoder_reading_.take(static_cast<std::int32_t>(tpdo.getSigned(slots::kEncoderPosition)));
+      encoder_reading_.take(static_cast<std::int32_t>(encoder.getSigned(encoder_slots_.position())));
 }
 
 DriveInputs Cia402Driver::inputs(bool of_status) const noexcept {
   const canopen::Node& node = driveNode();
-  const canopen::Tpdo& tpdo = node.tpdos()[of_status ? 0 : 1];
+  const canopen::PdoSlot at = of_status ? slots_.statusword() : slots_.inputs;
   return {node.phase() == NodePhase::kOperational,
           node.phase() == NodePhase::kFailed,
-          {tpdo.count, network_.syncCount()},
-          static_cast<std::uint32_t>(tpdo.get(of_status ? slots::kStatusword : slots::kInputs))};
+          {node.tpdos()[static_cast<std::size_t>(at.pdo)].count, network_.syncCount()},
+          static_cast<std::uint32_t>(node.get(at))};
 }
 
 bool Cia402Driver::sdoFree() const noexcept {
@@ -182,9 +184,9 @@ void Cia402Driver::command(const DriveCommand& command, std::int64_t now) noexce
     stepTemperature(now);
   sampled_ = now;  // the SYNC of this period follows
   operation_ = feedback_.state == DriveState::kOperationEnabled;
-  canopen::Rpdo& rpdo = driveNode().rpdos()[0];
-  rpdo.set(slots::kControlword, command.word | (operation_ ? mode_bits_ : 0));
-  rpdo.set(slots::kTarget, targetIsVelocity(config_.mode) ? units_.toVelocityNumber(command.velocity)
+  canopen::Node& drive = driveNode();
+  drive.set(slots_.controlword, command.word | (operation_ ? mode_bits_ : 0));
+  drive.set(slots_.target, targetIsVelocity(config_.mode) ? units_.toVelocityNumber(command.velocity)
                                                           : units_.toCounts(command.position).value);
 }
 

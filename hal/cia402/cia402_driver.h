@@ -8,6 +8,7 @@
 #include "hal/axis_driver.h"
 #include "hal/canopen/network.h"
 #include "hal/cia402/mode_confirmation.h"
+#include "hal/cia402/pdo_slots.h"
 #include "hal/cia402/sdo_jobs.h"
 #include "hal/cia402/temperature.h"
 #include "hal/encoder_reading.h"
@@ -76,7 +77,11 @@ class Cia402Driver final : public AxisDriver {
   AxisConfig config_;
   canopen::Network& network_;
   int drive_;
+  DriveSlots slots_;
+  CompleteSamples samples_;
   int encoder_ = -1;
+  EncoderSlots encoder_slots_;
+  CompleteSamples encoder_samples_;
   AxisUnits units_;  ///< from the drive's own zero
   EncoderReading encoder_reading_;
   DriverPhase phase_ = DriverPhase::kBooting;

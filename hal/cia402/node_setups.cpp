@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "hal/cia402/cia402_driver.h"
+#include "hal/drives/cyclic_objects.h"
 #include "hal/nanoseconds.h"
 
 namespace tandem::hal {
@@ -79,6 +80,19 @@ void switchOffOthers(std::vector<SetupStep>& steps, PdoDirection direction, int 
     for (SetupStep& step : canopen::pdoOffSteps(number, direction, node))
       steps.push_back(optional(std::move(step)));
   }
+}
+
+/// PDOs like `pdo`, numbered from 1, with these objects.
+std::vector<PdoConfig> mapped(const std::vector<CyclicObject>& objects, int most_objects, PdoConfig pdo) {
+  std::vector<PdoConfig> pdos;
+  for (const std::vector<CyclicObject>& part : packPdos(objects, most_objects)) {
+    pdo.layout.clear();
+    for (const CyclicObject& object : part)
+      pdo.layout.add({{object.index, object.sub}, object.bits});
+    pdo.number = static_cast<int>(pdos.size()) + 1;
+    pdos.push_back(pdo);
+  }
+  return pdos;
 }
 
 /// 60C2: the period as u8 * 10^i8 s; config guarantees multiples of 0.1 ms up to 20 ms.
@@ -248,28 +262,13 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
     appendHoming(setup.steps, axis);
   if (axis.reference == PositionReference::kHardStop)  // written for the run, and afterwards as it was
     setup.steps.push_back(canopen::read(objects::kMaxTorque, 2, "maximum torque"));
-  const bool inputs = readsInputs(hardware, axis);
-  switchOffOthers(setup.steps, PdoDirection::kReceive, 1, 1, axis.node);
-  switchOffOthers(setup.steps, PdoDirection::kTransmit, 1, inputs ? 2 : 1, axis.node);
   PdoConfig command;
   command.event_timer = milliseconds(kDeadlineShare * heartbeat_budget);  // the drive watches the cycle itself
   command.protections = bit(Protection::kCommandDeadline);
-  command.layout.add({{0x6040, 0}, 16});
-  command.layout.add(targetIsVelocity(axis.mode) ? canopen::PdoEntry{{0x60FF, 0}, 32}
-                                                 : canopen::PdoEntry{{0x607A, 0}, 32});
-  setup.rpdos.push_back(command);
-  PdoConfig feedback;
-  feedback.layout.add({{0x6041, 0}, 16});
-  feedback.layout.add({{0x6064, 0}, 32});
-  if (axis.feedbackTorque() != 0)
-    feedback.layout.add({{axis.feedbackTorque(), 0}, 16});
-  setup.tpdos.push_back(feedback);
-  if (inputs) {
-    PdoConfig digital;
-    digital.number = 2;
-    digital.layout.add({{0x60FD, 0}, 32});
-    setup.tpdos.push_back(digital);
-  }
+  setup.rpdos = mapped(commandObjects(axis), axis.pdo_objects, command);
+  setup.tpdos = mapped(feedbackObjects(hardware, axis), axis.pdo_objects, {});
+  switchOffOthers(setup.steps, PdoDirection::kReceive, 1, static_cast<int>(setup.rpdos.size()), axis.node);
+  switchOffOthers(setup.steps, PdoDirection::kTransmit, 1, static_cast<int>(setup.tpdos.size()), axis.node);
   setup.last_steps.push_back(canopen::writeOnly(objects::kMode, static_cast<int>(axis.mode), 1, "mode of operation"));
   setup.last_steps.push_back(awaitMode(axis.mode));
   return setup;

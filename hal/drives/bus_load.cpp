@@ -29,38 +29,40 @@ BusLoad computeLoad(const BusPlan& plan) {
 std::vector<FrameStream> streamsOf(const BusTraffic& traffic) {
   const auto of = [](int count, const char* kind) { return std::to_string(count) + " " + kind; };
   const int nodes = traffic.drives + traffic.encoders;
-  const int plain = traffic.drives - traffic.torques;
-  std::vector<FrameStream> streams{
-      {"SYNC", 0, 1.0, 0.0},
-      {"commands to " + of(traffic.drives, "drives"), traffic.command_bytes, static_cast<double>(traffic.drives), 0.0},
-      {"feedback of " + of(plain, "drives"), traffic.feedback_bytes, static_cast<double>(plain), 0.0},
-      {"positions of " + of(traffic.encoders, "encoders"), traffic.encoder_bytes, static_cast<double>(traffic.encoders),
-       0.0},
-      {"heartbeats of " + of(nodes, "nodes"), 1, 0.0, nodes / traffic.heartbeat_period},
-      {"heartbeat of the HAL", 1, 0.0, 1.0 / traffic.master_heartbeat_period},
-      {"SDO requests and answers", 8, 0.0, 2.0 / traffic.request_interval},
+  std::vector<FrameStream> streams{{"SYNC", 0, 1.0, 0.0}};
+  const auto add = [&](const std::string& what, const std::array<double, 9>& frames) {
+    for (std::size_t bytes = 0; bytes < frames.size(); ++bytes) {
+      if (frames[bytes] > 0.0)
+        streams.push_back({what, static_cast<int>(bytes), frames[bytes], 0.0});
+    }
   };
-  if (traffic.torques > 0)
-    streams.push_back({"feedback with torque of " + of(traffic.torques, "drives"), traffic.feedback_bytes + 2,
-                       static_cast<double>(traffic.torques), 0.0});
-  if (traffic.inputs > 0)
-    streams.push_back({"inputs of " + of(traffic.inputs, "drives"), 4, static_cast<double>(traffic.inputs), 0.0});
+  add("commands to " + of(traffic.drives, "drives"), traffic.commands);
+  add("feedback of " + of(traffic.drives, "drives"), traffic.feedback);
+  streams.push_back({"positions of " + of(traffic.encoders, "encoders"), traffic.encoder_bytes,
+                     static_cast<double>(traffic.encoders), 0.0});
+  streams.push_back({"heartbeats of " + of(nodes, "nodes"), 1, 0.0, nodes / traffic.heartbeat_period});
+  streams.push_back({"heartbeat of the HAL", 1, 0.0, 1.0 / traffic.master_heartbeat_period});
+  streams.push_back({"SDO requests and answers", 8, 0.0, 2.0 / traffic.request_interval});
   return streams;
 }
 
 namespace {
 
-/// Largest number of drives, each with an encoder if the plan has any, that fits at the present period and rate.
-int mostAxes(BusPlan plan, BusTraffic traffic) {
+/// Largest number of drives like these, each with an encoder if the plan has any, that fits at the present period and
+/// rate.
+int mostAxes(BusPlan plan, const BusTraffic& traffic) {
   constexpr int kMost = 63;  // two nodes each, of 127
-  const bool with_encoders = traffic.encoders > 0;
-  const bool with_torque = traffic.torques > 0;
+  BusTraffic other = traffic;
   int most = 0;
-  for (int n = 1; n <= kMost; ++n) {
-    traffic.drives = n;
-    traffic.encoders = with_encoders ? n : 0;
-    traffic.torques = with_torque ? n : 0;
-    plan.streams = streamsOf(traffic);
+  for (int n = 1; n <= kMost && traffic.drives > 0; ++n) {
+    const double share = static_cast<double>(n) / traffic.drives;
+    other.drives = n;
+    other.encoders = traffic.encoders > 0 ? n : 0;
+    for (std::size_t bytes = 0; bytes < traffic.commands.size(); ++bytes) {
+      other.commands[bytes] = share * traffic.commands[bytes];
+      other.feedback[bytes] = share * traffic.feedback[bytes];
+    }
+    plan.streams = streamsOf(other);
     if (computeLoad(plan).fits)
       most = n;
   }

@@ -6,6 +6,7 @@
  * for n data bytes, interframe space included. */
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -45,10 +46,8 @@ BusLoad computeLoad(const BusPlan& plan);
 struct BusTraffic {
   int drives = 0;
   int encoders = 0;
-  int torques = 0;                        ///< drives whose feedback carries torque or current, 2 bytes more
-  int inputs = 0;                         ///< drives that send their digital inputs 60FD in a separate PDO
-  int command_bytes = 6;                  ///< RPDO of a drive: controlword and target
-  int feedback_bytes = 6;                 ///< TPDO of a drive: statusword and position
+  /// PDOs to and from the drives in each period, by their number of data bytes (cyclic_objects.h).
+  std::array<double, 9> commands{}, feedback{};
   int encoder_bytes = 6;                  ///< TPDO of an encoder: position and alarms
   double heartbeat_period = 0.05;         ///< of each node, s
   double master_heartbeat_period = 0.02;  ///< of the HAL, s

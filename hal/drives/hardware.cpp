@@ -6,6 +6,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "hal/drives/cyclic_objects.h"
+
 namespace tandem::hal {
 
 namespace {
@@ -29,8 +31,8 @@ BusTraffic HardwareConfig::trafficOf(int bus, double heartbeat_budget) const {
       continue;
     ++traffic.drives;
     traffic.encoders += axis.encoder ? 1 : 0;
-    traffic.torques += axis.feedbackTorque() != 0 ? 1 : 0;
-    traffic.inputs += readsInputs(*this, axis) ? 1 : 0;
+    countFrames(traffic.commands, commandObjects(axis), axis.pdo_objects);
+    countFrames(traffic.feedback, feedbackObjects(*this, axis), axis.pdo_objects);
   }
   traffic.heartbeat_period = node_heartbeat;
   traffic.master_heartbeat_period = heartbeat_budget / kHeartbeatsPerBudget;

@@ -7,20 +7,19 @@
 
 namespace tandem::hal {
 
-/** Slots of the values in the PDOs of a drive and of an encoder. */
-namespace slots {
-inline constexpr int kControlword = 0;  ///< RPDO 1
-inline constexpr int kTarget = 1;       ///< position (CSP) or velocity (CSV)
-inline constexpr int kStatusword = 0;   ///< TPDO 1
-inline constexpr int kPosition = 1;
-inline constexpr int kTorque = 2;           ///< torque or current, if it is watched
-inline constexpr int kInputs = 0;           ///< TPDO 2 of a drive, if its digital inputs are read
-inline constexpr int kEncoderPosition = 0;  ///< TPDO of an encoder
-inline constexpr int kEncoderAlarms = 1;
-}  // namespace slots
 
 /// Objects that more than one part of the HAL knows.
 namespace objects {
+inline constexpr canopen::ObjectAddress kControlword{0x6040, 0};
+inline constexpr canopen::ObjectAddress kStatusword{0x6041, 0};
+inline constexpr canopen::ObjectAddress kPosition{0x6064, 0};
+inline constexpr canopen::ObjectAddress kTargetPosition{0x607A, 0};
+inline constexpr canopen::ObjectAddress kTargetVelocity{0x60FF, 0};
+inline constexpr canopen::ObjectAddress kTorque{0x6077, 0};
+inline constexpr canopen::ObjectAddress kCurrent{0x6078, 0};
+inline constexpr canopen::ObjectAddress kInputs{0x60FD, 0};
+inline constexpr canopen::ObjectAddress kEncoderPosition{0x6004, 0};
+inline constexpr canopen::ObjectAddress kEncoderAlarms{0x6503, 0};
 inline constexpr canopen::ObjectAddress kMode{0x6060, 0};
 inline constexpr canopen::ObjectAddress kModeDisplay{0x6061, 0};
 inline constexpr canopen::ObjectAddress kLowerLimit{0x607D, 1};

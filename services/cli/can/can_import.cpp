@@ -128,6 +128,24 @@ void chooseUnits(Import& job) {
                         "): compare its manual with velocity_unit and acceleration_unit of the axis");
 }
 
+/// Takes the largest number of objects in one PDO that the sheet permits.
+void choosePdoObjects(Import& job) {
+  int most = 8;
+  for (const std::uint16_t index : {0x1600, 0x1A00}) {
+    const EdsObject* count = job.sheet.find({index, 0});
+    int entries = 0;
+    while (entries < most && job.sheet.find({index, static_cast<std::uint8_t>(entries + 1)}) != nullptr)
+      ++entries;
+    if (count != nullptr && count->high)
+      entries = static_cast<int>(std::min<std::int64_t>(entries, *count->high));
+    most = std::max(1, std::min(most, entries));
+  }
+  job.drive.pdo_objects = most;
+  if (most < 8)
+    job.notes.push_back("PDOs: at most " + std::to_string(most) + (most == 1 ? " object" : " objects") +
+                        " in each (1600, 1A00)");
+}
+
 Import prepareImport(const ImportOptions& options) {
   Import job;
   job.sheet = loadSheet(options.file);
@@ -139,6 +157,7 @@ Import prepareImport(const ImportOptions& options) {
   chooseMode(job, options.mode);
   const Eds& sheet = job.sheet;
   chooseUnits(job);
+  choosePdoObjects(job);
   const hal::canopen::ObjectAddress temperature{job.drive.temperature_index, job.drive.temperature_sub};
   if (temperature.index != 0 && sheet.find(temperature) == nullptr) {
     job.notes.push_back("the temperature object " + describe(temperature) + " of the axis is absent: it is left out");
@@ -237,8 +256,8 @@ std::vector<std::string> reasonsOf(const SheetCheck& check) {
 /// The axis, with the protections to be accepted as comments.
 std::string blockOf(const Import& job, const SheetCheck& check) {
   std::string text = "# From " + job.sheet.file + ": " + job.sheet.vendor_name + ", " + job.sheet.product +
-                     ".\n# Everything but node, vendor, product, revision, mode and units is of " + job.drive.name +
-                     " in " + job.hardware.name + ": check it, and add the serial number.\n";
+                     ".\n# Everything but node, vendor, product, revision, mode, units and pdo_objects is of " +
+                     job.drive.name + " in " + job.hardware.name + ": check it, and add the serial number.\n";
   text += config::axisBlock(job.hardware_file, job.hardware, job.axis, job.drive, job.mode);
   const std::string indent = "        # ";
   if (check.lost != 0)

@@ -56,7 +56,7 @@ TEST(HardwareReference, AMechanicalStopHasATorqueAndASpeed) {
   EXPECT_EQ(axis.homing.budget, 30.0);
   EXPECT_EQ(axis.homing.position, -0.4);
   EXPECT_EQ(axis.feedbackTorque(), 0x6077) << "the run reads it";
-  EXPECT_EQ(hardware.trafficOf(0, 0.1).torques, 3);
+  EXPECT_EQ(hardware.trafficOf(0, 0.1).feedback[8], 3);
 }
 
 TEST(HardwareReference, AMechanicalStopIsRefusedWithItsKey) {

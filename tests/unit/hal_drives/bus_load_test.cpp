@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/drives/bus_load.h"
 
+#include "hal/drives/cyclic_objects.h"
+
 #include <gtest/gtest.h>
 
 #include "tests/unit/safety/random_arm.h"
@@ -8,12 +10,18 @@
 namespace tandem::hal {
 namespace {
 
-/// Cyclic frames only.
-BusPlan cyclic(int drives, int encoders, int bytes) {
+/// Drives with one PDO of so many bytes in each direction.
+BusTraffic trafficOf(int drives, int encoders, std::size_t bytes = 6) {
   BusTraffic traffic;
   traffic.drives = drives;
   traffic.encoders = encoders;
-  traffic.command_bytes = traffic.feedback_bytes = bytes;
+  traffic.commands[bytes] = traffic.feedback[bytes] = drives;
+  return traffic;
+}
+
+/// Cyclic frames only.
+BusPlan cyclic(int drives, int encoders, std::size_t bytes) {
+  BusTraffic traffic = trafficOf(drives, encoders, bytes);
   traffic.encoder_bytes = 4;
   traffic.heartbeat_period = traffic.master_heartbeat_period = 1e9;
   BusPlan plan;
@@ -41,9 +49,7 @@ TEST(BusLoad, TheShortestPeriodIsAtTheLimit) {
   for (std::uint32_t run = 0; run < 500; ++run) {
     SCOPED_TRACE(test::trace(test::baseSeed() + run));
     test::Random random(test::baseSeed() + run);
-    BusTraffic traffic;
-    traffic.drives = random.integer(1, 20);
-    traffic.encoders = random.integer(0, 20);
+    BusTraffic traffic = trafficOf(random.integer(1, 20), random.integer(0, 20));
     traffic.heartbeat_period = random.uniform(0.02, 1.0);
     traffic.master_heartbeat_period = random.uniform(0.02, 1.0);
     BusPlan plan;
@@ -60,8 +66,7 @@ TEST(BusLoad, TheShortestPeriodIsAtTheLimit) {
 }
 
 TEST(BusLoad, ARefusalNamesWhatWouldFit) {
-  BusTraffic traffic;
-  traffic.drives = traffic.encoders = 12;
+  BusTraffic traffic = trafficOf(12, 12);
   BusPlan plan;
   plan.streams = streamsOf(traffic);
   ASSERT_FALSE(computeLoad(plan).fits);
@@ -70,12 +75,53 @@ TEST(BusLoad, ARefusalNamesWhatWouldFit) {
   // The reported number of axes fits, one more does not.
   const std::size_t at = text.find("at most ");
   ASSERT_NE(at, std::string::npos) << text;
-  traffic.drives = traffic.encoders = std::stoi(text.substr(at + 8));
+  const int most = std::stoi(text.substr(at + 8));
+  traffic = trafficOf(most, most);
   plan.streams = streamsOf(traffic);
   EXPECT_TRUE(computeLoad(plan).fits);
-  ++traffic.drives, ++traffic.encoders;
+  traffic = trafficOf(most + 1, most + 1);
   plan.streams = streamsOf(traffic);
   EXPECT_FALSE(computeLoad(plan).fits);
+}
+
+/// Every object is in one PDO, in order; a PDO has neither more bytes than a frame nor more objects than the drive
+/// takes, and no two neighbours fit into one.
+TEST(PackedPdos, AreFullAndNoFuller) {
+  for (std::uint32_t run = 0; run < 500; ++run) {
+    SCOPED_TRACE(test::trace(test::baseSeed() + run));
+    test::Random random(test::baseSeed() + run);
+    const int most = random.integer(1, 8);
+    std::vector<CyclicObject> objects(static_cast<std::size_t>(random.integer(0, 8)));
+    for (std::size_t k = 0; k < objects.size(); ++k)
+      objects[k] = {static_cast<std::uint16_t>(0x6000 + k), 0, 8 << random.integer(0, 2)};
+    const auto bits = [](const std::vector<CyclicObject>& pdo) {
+      int sum = 0;
+      for (const CyclicObject& object : pdo)
+        sum += object.bits;
+      return sum;
+    };
+    std::size_t next = 0;
+    int total = 0;
+    std::array<double, 9> frames{};
+    countFrames(frames, objects, most);
+    const auto pdos = packPdos(objects, most);
+    for (std::size_t k = 0; k < pdos.size(); ++k) {
+      EXPECT_GE(pdos[k].size(), 1u);
+      EXPECT_LE(pdos[k].size(), static_cast<std::size_t>(most));
+      EXPECT_LE(bits(pdos[k]), 64);
+      total += bits(pdos[k]);
+      for (const CyclicObject& object : pdos[k])
+        EXPECT_EQ(object.index, 0x6000 + next++);
+      if (k > 0) {
+        EXPECT_TRUE(static_cast<int>(pdos[k - 1].size()) == most || bits(pdos[k - 1]) + pdos[k][0].bits > 64);
+      }
+    }
+    EXPECT_EQ(next, objects.size());
+    double bytes = 0.0;
+    for (std::size_t n = 0; n < frames.size(); ++n)
+      bytes += static_cast<double>(n) * frames[n];
+    EXPECT_EQ(bytes, total / 8);
+  }
 }
 
 }  // namespace

@@ -33,6 +33,28 @@ Eds without(std::initializer_list<std::uint16_t> indices) {
   return eds;
 }
 
+/// Drives that take one object in a PDO; `torque`: the feedback has one more.
+HardwareConfig withSingleObjects(DriveMode mode, bool torque) {
+  HardwareConfig config = presetHardware(mode);
+  for (AxisConfig& axis : config.axes) {
+    axis.pdo_objects = 1;
+    axis.torque.object = torque ? 0x6077 : 0;
+  }
+  return config;
+}
+
+Eds takingOneObject() {
+  Eds eds = sim::drives::driveEds();
+  for (EdsObject& object : eds.objects) {
+    const int kind = object.address.index & 0xFFFC;
+    if ((kind == 0x1600 || kind == 0x1A00) && object.address.sub == 0) {
+      object.high = 1;
+      object.value = std::min<std::int64_t>(object.value, 1);
+    }
+  }
+  return eds;
+}
+
 HardwareConfig inUnits(DriveMode mode, const DriveUnits& units) {
   HardwareConfig config = presetHardware(mode);
   for (AxisConfig& axis : config.axes)
@@ -104,6 +126,9 @@ std::vector<Dialect> dialects() {
           {"AModeThatShowsInOperation", presetHardware(), {sim::drives::driveEds(), {AnswerForm::kSized, 0, true}}},
           {"SlowAnswers", slow, {sim::drives::driveEds(), {AnswerForm::kSized, 30 * kMillisecond}}},
           {"NoBitForFollowing", silent, {}},
+          {"OneObjectPerPdo", withSingleObjects(kCyclicPosition, false), takingOneObject()},
+          {"OneObjectPerPdoWithTorque", withSingleObjects(kCyclicVelocity, true), takingOneObject()},
+          {"OneObjectPerPdoInProfileVelocity", withSingleObjects(kProfileVelocity, true), takingOneObject()},
           {"NoSoftwareLimits", presetHardware(), without({0x607D})},
           {"NoSpeedLimitAndNoModes", presetHardware(), without({0x6080, 0x6502})}};
 }
@@ -116,6 +141,32 @@ TEST_P(EachDialect, MovesAndStops) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Of, EachDialect, testing::ValuesIn(dialects()), [](const auto& i) { return i.param.name; });
+
+TEST(Dialects, ADriveThatTakesOneObjectRefusesTwo) {
+  System system(presetHardware(), 0.0, takingOneObject());
+  EXPECT_FALSE(system.boot());
+  EXPECT_NE(driveNode(system.robot->arm(0).axis(0)).describeFailure().find("RPDO 1"), std::string::npos);
+}
+
+/// The position comes in a frame of its own: without it the statusword alone is no feedback.
+TEST(Dialects, EachPdoOfTheFeedbackCounts) {
+  for (const std::uint8_t pdo : {0, 1, 2}) {
+    SCOPED_TRACE(int{pdo});
+    System system(withSingleObjects(DriveMode::kCyclicPosition, true), 0.0, takingOneObject());
+    ASSERT_TRUE(system.boot() && system.enable()) << system.story();
+    system.run(0.2);
+    EXPECT_EQ(system.robot->arm(0).axis(1).feedbackSuccess(), 1.0);
+    ASSERT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
+    // Bit 31 of 1800+n:01 switches a PDO off.
+    can::CanFrame off;
+    off.id = canopen::cob::kSdoRequest + 2;
+    off.length = 8;
+    off.data = {0x23, pdo, 0x18, 0x01, static_cast<std::uint8_t>(0x82), static_cast<std::uint8_t>(0x01 + pdo), 0, 0x80};
+    system.wires[0]->bus.join("tool").send({&off, 1});
+    ASSERT_TRUE(system.until(1.0, [&] { return system.robot->state(0) == OperatingState::kFault; }));
+    EXPECT_GT(system.guardCount(HardwareGuard::kDriveSilent), 0u) << system.story();
+  }
+}
 
 /// A wrong unit is a wrong speed: the drive's own statement counts.
 TEST(Dialects, ADriveThatStatesAnotherUnitIsRefused) {

@@ -207,7 +207,7 @@ TEST(SheetCheck, AgreesWithTheBootOfSuchDrives) {
 /// Data sheets of public facts about drives of vendors.
 TEST(SheetCheck, AgreesWithTheBootOfDrivesOfVendors) {
   for (const auto& [file, boots] : {std::pair{"epos4-like.eds", true}, std::pair{"gold-like.eds", true},
-                                    std::pair{"mc3-like.eds", false}, std::pair{"ipos-like.eds", false}}) {
+                                    std::pair{"mc3-like.eds", false}, std::pair{"ipos-like.eds", true}}) {
     SCOPED_TRACE(file);
     const Eds sheet = canopen::loadEds(std::string(TANDEM_SOURCE) + "/tests/sheets/" + file);
     HardwareConfig config = presetHardware();
@@ -215,6 +215,17 @@ TEST(SheetCheck, AgreesWithTheBootOfDrivesOfVendors) {
       for (AxisConfig& axis : config.axes)
         axis.units = {RateUnit::kRevolutionsPerMinute, RateUnit::kRevolutionsPerMinute, 1.0, 1.0};
       EXPECT_FALSE(bootsAsForetold(sheet, presetHardware())) << "counts";
+    }
+    if (std::string(file) == "ipos-like.eds") {
+      config = presetHardware(DriveMode::kProfileVelocity);
+      for (AxisConfig& axis : config.axes) {
+        for (const Protection loss :
+             {Protection::kHeartbeatWatch, Protection::kConnectionReaction, Protection::kQuickStopRamp})
+          axis.accepted.push_back({loss, "test"});
+      }
+      EXPECT_FALSE(bootsAsForetold(sheet, config)) << "two objects in a PDO";
+      for (AxisConfig& axis : config.axes)
+        axis.pdo_objects = 1;
     }
     EXPECT_EQ(bootsAsForetold(sheet, config), boots);
   }
