@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "kinematics/tasks/task_kind.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "kinematics/rotations.h"
+
+namespace tandem::kinematics {
+namespace {
+
+using Eigen::Isometry3d;
+using Eigen::Matrix3d;
+using Eigen::Quaterniond;
+using Eigen::Vector3d;
+using idl::TaskKind;
+using PlaneRows = Eigen::Matrix<double, 2, 3>;
+
+/// A target nearer to the tip than this counts as this far away, m: its direction is unknown at the tip itself.
+constexpr double kNearestTarget = 1e-3;
+
+Vector3d axisOf(const TaskPlace& place) { return place.orientation.toRotationMatrix().col(2); }
+
+/// Orthonormal rows that span the plane perpendicular to a unit vector.
+PlaneRows planeOf(const Vector3d& normal) {
+  const Vector3d first = normal.unitOrthogonal();
+  PlaneRows rows;
+  rows << first.transpose(), normal.cross(first).transpose();
+  return rows;
+}
+
+TaskPlace placeOfTip(const Isometry3d& arm, const Isometry3d&) noexcept {
+  return {arm.translation(), Quaterniond(arm.linear())};
+}
+
+/* Position of a tip, m:            e = p_d - p_a,           v_a = lambda e + v_d.
+ * Relative position, m (eq. (2)):  e = p_d - (p_a - p_b),   v_a - v_b = lambda e + v_d. */
+
+TaskPlace positionOfTip(const Isometry3d& arm, const Isometry3d&) noexcept {
+  return {arm.translation(), Quaterniond::Identity()};
+}
+
+TaskPlace relativePosition(const Isometry3d& arm, const Isometry3d& other) noexcept {
+  return {arm.translation() - other.translation(), Quaterniond::Identity()};
+}
+
+TaskResidual positionResidual(const TaskPlace& at, const TaskPlace& wanted) noexcept {
+  return wanted.position - at.position;
+}
+
+void positionMaps(const TaskPlace&, const TaskPlace&, const Isometry3d&, TaskRows& rows) noexcept {
+  rows.by_arm.setZero(3, 6);
+  rows.by_arm.leftCols<3>().setIdentity();
+  rows.by_other = -rows.by_arm;
+  rows.by_feed_forward = rows.by_arm;
+}
+
+/* Axis of a tip, rad, two rows. r is the smallest rotation from z_a to z_d: |r| is the angle between them, up to pi,
+ * and r is perpendicular to both. With B_d, orthonormal rows of the plane perpendicular to z_d, and S = exp([r]x),
+ * which takes the plane perpendicular to z_a into it:
+ *
+ *     e = B_d r,   B_d S w_a = lambda e + B_d w_d.
+ *
+ * The rows of B_d S are orthonormal at every angle up to a half turn; the derivative of e itself, which equals
+ * -(n n^T + |r| / sin|r| (I - n n^T)) B_d S w_a with n = e / |e|, is not bounded there. Both have the same solution
+ * w_a for velocity lambda e. Rotation about z_a is free. */
+
+TaskResidual axisResidualTo(const Vector3d& axis, const Vector3d& wanted) {
+  return planeOf(wanted) * smallestRotation(axis, wanted);
+}
+
+/// B_d S.
+PlaneRows transportedPlane(const Vector3d& axis, const Vector3d& wanted) {
+  return planeOf(wanted) * rotationBy(smallestRotation(axis, wanted)).toRotationMatrix();
+}
+
+TaskResidual axisResidual(const TaskPlace& at, const TaskPlace& wanted) noexcept {
+  return axisResidualTo(axisOf(at), axisOf(wanted));
+}
+
+void axisMaps(const TaskPlace& at, const TaskPlace& wanted, const Isometry3d&, TaskRows& rows) noexcept {
+  const Vector3d axis = axisOf(at), to = axisOf(wanted);
+  rows.by_arm.setZero(2, 6);
+  rows.by_arm.rightCols<3>() = transportedPlane(axis, to);
+  rows.by_feed_forward.setZero(2, 6);
+  rows.by_feed_forward.rightCols<3>() = planeOf(to);
+}
+
+/* Orientation of a tip, rad, three rows:
+ *
+ *     e = log(R_d R_a^T),   w_a = lambda e + w_d.
+ *
+ * e' = -J_r(e)^-1 w_a with the right Jacobian of SO(3), for which J_r(e)^-1 e = e: with a constant R_d, w_a = lambda e
+ * gives e' = -lambda e at every angle below pi. */
+
+TaskResidual orientationResidual(const TaskPlace& at, const TaskPlace& wanted) noexcept {
+  const Eigen::AngleAxisd turn(wanted.orientation * at.orientation.conjugate());
+  return Vector3d(turn.angle() * turn.axis());
+}
+
+void orientationMaps(const TaskPlace&, const TaskPlace&, const Isometry3d&, TaskRows& rows) noexcept {
+  rows.by_arm.setZero(3, 6);
+  rows.by_arm.rightCols<3>().setIdentity();
+  rows.by_feed_forward = rows.by_arm;
+}
+
+/* Relative orientation of two tips, rad, three rows in the frame of tip b, with R_ab = R_b^T R_a; the desired R_d is a
+ * value of R_ab, and w_d its angular velocity in that frame:
+ *
+ *     e = log(R_d R_ab^T),   R_b^T (w_a - w_b) = lambda e + w_d. */
+
+TaskPlace relativeOrientation(const Isometry3d& arm, const Isometry3d& other) noexcept {
+  return {Vector3d::Zero(), Quaterniond(Matrix3d(other.linear().transpose() * arm.linear()))};
+}
+
+void relativeOrientationMaps(const TaskPlace&, const TaskPlace&, const Isometry3d& other, TaskRows& rows) noexcept {
+  rows.by_arm.setZero(3, 6);
+  rows.by_arm.rightCols<3>() = other.linear().transpose();
+  rows.by_other = -rows.by_arm;
+  rows.by_feed_forward.setZero(3, 6);
+  rows.by_feed_forward.rightCols<3>().setIdentity();
+}
+
+/* Looking at a target p_d, rad, two rows. With c = (p_d - p_a) / D, D = |p_d - p_a|, the direction to the target, which
+ * rotates by c x c' = c x (v_d - v_a) / D, and r the smallest rotation from z_a to c, S = exp([r]x):
+ *
+ *     e = B_c r,   B_c (S w_a + [c]x v_a / D) = lambda e + B_c [c]x v_d / D. */
+
+struct View {
+  Vector3d axis, to;
+  double distance;  ///< m, not below kNearestTarget
+};
+
+View viewOf(const TaskPlace& at, const TaskPlace& wanted) {
+  const Vector3d way = wanted.position - at.position;
+  const double distance = way.norm();
+  const Vector3d axis = axisOf(at);
+  return {axis, distance > 0.0 ? Vector3d(way / distance) : axis, std::max(distance, kNearestTarget)};
+}
+
+TaskResidual viewResidual(const TaskPlace& at, const TaskPlace& wanted) noexcept {
+  const View view = viewOf(at, wanted);
+  return axisResidualTo(view.axis, view.to);
+}
+
+void viewMaps(const TaskPlace& at, const TaskPlace& wanted, const Isometry3d&, TaskRows& rows) noexcept {
+  const View view = viewOf(at, wanted);
+  const PlaneRows of_motion = planeOf(view.to) * skew(view.to) / view.distance;
+  rows.by_arm.resize(2, 6);
+  rows.by_arm << of_motion, transportedPlane(view.axis, view.to);
+  rows.by_feed_forward.setZero(2, 6);
+  rows.by_feed_forward.leftCols<3>() = of_motion;
+}
+
+constexpr std::array kKinds{
+    TaskKindEntry{TaskKind::kRelativePosition, "relative", "relative position of", 2, 3, TaskUnit::kMetre,
+                  TaskPart::kPosition, relativePosition, positionResidual, positionMaps},
+    TaskKindEntry{TaskKind::kTipPosition, "tip", "tip of", 1, 3, TaskUnit::kMetre, TaskPart::kPosition, positionOfTip,
+                  positionResidual, positionMaps},
+    TaskKindEntry{TaskKind::kTipAxis, "axis", "axis of", 1, 2, TaskUnit::kRadian, TaskPart::kOrientation, placeOfTip,
+                  axisResidual, axisMaps},
+    TaskKindEntry{TaskKind::kTipOrientation, "orientation", "orientation of", 1, 3, TaskUnit::kRadian,
+                  TaskPart::kOrientation, placeOfTip, orientationResidual, orientationMaps},
+    TaskKindEntry{TaskKind::kRelativeOrientation, "relative_orientation", "relative orientation of", 2, 3,
+                  TaskUnit::kRadian, TaskPart::kOrientation, relativeOrientation, orientationResidual,
+                  relativeOrientationMaps},
+    TaskKindEntry{TaskKind::kLookAt, "look_at", "direction of view of", 1, 2, TaskUnit::kRadian, TaskPart::kPosition,
+                  placeOfTip, viewResidual, viewMaps},
+};
+
+template <class Predicate>
+const TaskKindEntry* firstOf(Predicate predicate) noexcept {
+  const auto found = std::find_if(kKinds.begin(), kKinds.end(), predicate);
+  return found == kKinds.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+const TaskKindEntry* findTaskKind(TaskKind kind) noexcept {
+  return firstOf([=](const TaskKindEntry& entry) { return entry.kind == kind; });
+}
+
+const TaskKindEntry* findTaskKind(std::string_view name) noexcept {
+  return firstOf([=](const TaskKindEntry& entry) { return entry.name == name; });
+}
+
+Vector3d smallestRotation(const Vector3d& from, const Vector3d& to) noexcept {
+  constexpr double kParallel = 1e-14;  // sine: the product of unit vectors is rounding
+  Vector3d normal = from.cross(to);
+  const double sine = normal.norm(), cosine = from.dot(to);
+  normal -= from.dot(normal) * from;  // near a half turn rounding turns it
+  if (const double length = normal.norm(); length > kParallel)
+    return std::atan2(sine, cosine) / length * normal;
+  return cosine < 0.0 ? Vector3d(M_PI * from.unitOrthogonal()) : Vector3d(Vector3d::Zero());
+}
+
+Quaterniond rotationBy(const Vector3d& vector) noexcept {
+  const double angle = vector.norm();
+  return angle > 0.0 ? Quaterniond(Eigen::AngleAxisd(angle, vector / angle)) : Quaterniond::Identity();
+}
+
+}  // namespace tandem::kinematics
