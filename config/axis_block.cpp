@@ -70,6 +70,8 @@ std::string axisBlock(const std::filesystem::path& file,
   setUnit(of_group, "velocity_unit", hal::kVelocityUnits, drive.units.velocity, drive.units.velocity_scale);
   setUnit(of_group, "acceleration_unit", hal::kAccelerationUnits, drive.units.acceleration,
           drive.units.acceleration_scale);
+  if (drive.watch != from.watch)
+    of_group["watch"] = drive.watch == hal::MutualWatch::kNodeGuarding ? "node_guarding" : "heartbeat";
   if (drive.pdo_objects != from.pdo_objects)
     of_group["pdo_objects"] = drive.pdo_objects;
   if (drive.temperature_index == 0) {

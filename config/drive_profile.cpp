@@ -119,6 +119,9 @@ std::vector<Field> modelFields() {
            &AxisConfig::reports_following),
       number("sdo_timeout", kTime, "longest time for an answer to an SDO request", &AxisConfig::sdo_timeout)
           .within(0.02, 10.0),
+      text("watch", "how the HAL and the drive notice each other's end: 1016 and 1017, or 100C and 100D",
+           {{"heartbeat", hal::MutualWatch::kHeartbeat}, {"node_guarding", hal::MutualWatch::kNodeGuarding}},
+           &AxisConfig::watch),
       integer("pdo_objects", "most objects that the drive takes in one PDO", &AxisConfig::pdo_objects).within(1, 8),
       objectField("temperature_object", "object with a temperature, signed").defaultNote("none"),
       positive("temperature_scale", kNone, "degrees Celsius per unit of the temperature object",

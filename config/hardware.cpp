@@ -202,6 +202,12 @@ hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heart
   map.expectDistinct("buses", "name");
   map.expectDistinct("buses", "interface");
   auto hardware = map.read<hal::HardwareConfig>();
+  for (std::size_t b = 0; b < hardware.buses.size(); ++b) {
+    if (hardware.buses[b].sync_counter == 1)
+      map.fail("buses",
+               hardware.buses[b].name + ": found sync_counter 1, expected 0 (no counter) or 2 to 240 (CiA 301)",
+               static_cast<int>(b));
+  }
   const Robot robot = loadAnyRobot(robotPath(map, file));
   hardware.robot_file = robot.file.string();
   if (!hardware.simulated && !robot.hardware)

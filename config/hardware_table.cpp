@@ -50,6 +50,12 @@ const Mapping& busTable() {
                  &B::load_limit)
               .within(0.05, 0.95),
           nodeId("node_id", "node id of the HAL", &B::node_id),
+          integer(
+              "sync_counter",
+              "value after which the counter that SYNC carries begins again, object 1019 of every node: 2 to 240; 0: "
+              "SYNC has no counter",
+              &B::sync_counter)
+              .within(0, 240),
       }};
   return table;
 }

@@ -33,6 +33,7 @@ struct BusConfig {
   double bit_rate = 1e6;    ///< bit/s
   double load_limit = 0.6;  ///< share of the bit rate that the cyclic traffic may use
   int node_id = 127;        ///< node id of the HAL's heartbeat
+  int sync_counter = 0;     ///< value after which the counter in SYNC begins again (1019), 2 to 240; 0: no counter
 };
 
 /** Source of the joint position after power on. */
@@ -41,6 +42,12 @@ enum class PositionReference : std::uint8_t {
   kDrive,                ///< the drive keeps an absolute position
   kHoming,               ///< a homing run of the drive, requested after each start
   kHardStop,             ///< a run of the HAL against a mechanical stop, requested after each start
+};
+
+/** How the HAL and a drive notice each other's end. */
+enum class MutualWatch : std::uint8_t {
+  kHeartbeat = 0,  ///< both send heartbeats: 1016, 1017
+  kNodeGuarding,   ///< the HAL asks by remote frames, the drive answers: 100C, 100D
 };
 
 /** Means that hold an axis when its drive has no power. */
@@ -110,7 +117,8 @@ struct AxisConfig {
   DriveMode mode = DriveMode::kCyclicPosition;
   Gearing gearing;
   DriveUnits units;
-  double sdo_timeout = 0.1;       ///< longest time for the drive's or encoder's answer to an SDO request, s
+  double sdo_timeout = 0.1;  ///< longest time for the drive's or encoder's answer to an SDO request, s
+  MutualWatch watch = MutualWatch::kHeartbeat;
   int pdo_objects = 8;            ///< most objects in one PDO of the drive
   bool reports_following = true;  ///< bit 12 of the statusword is 1 while the drive follows the target (CSP, CSV)
   double lower = 0.0;             ///< software limits of the drive, m or rad
@@ -128,8 +136,8 @@ struct AxisConfig {
   std::uint8_t temperature_sub = 0;
   double temperature_scale = 1.0;  ///< degrees Celsius per unit of that object
   HoldingMeans powerless_hold = HoldingMeans::kNo;
-  std::vector<AcceptedLoss> accepted;  ///< what this drive may lack although it is needed (leastProtections())
-  std::vector<SdoWrite> sdo;           ///< written at boot, before everything that the HAL writes itself
+  std::vector<AcceptedLoss> accepted;      ///< what this drive may lack although it is needed (leastProtections())
+  std::vector<SdoWrite> sdo;               ///< written at boot, before everything that the HAL writes itself
   TorqueLimit torque;
   HomingConfig homing;          ///< used if reference is kHoming
   HardStopConfig hard_stop;     ///< used if reference is kHardStop
@@ -205,6 +213,11 @@ inline constexpr double kDeadlineShare = 0.5;
 
 /// Most periods per SDO request while an arm moves (BusTraffic::request_interval).
 inline constexpr int kLongestRequestInterval = 10;
+
+/// Requests of node guarding within the drives' time-out for the HAL: the life time factor.
+inline constexpr int kGuardsPerBudget = 3;
+/// Time between two of them, ms (100C). @param heartbeat_budget  time-out of the drives for the HAL, s
+int guardTime(double heartbeat_budget) noexcept;
 
 /// Heartbeats of the HAL within the drives' time-out.
 inline constexpr double kHeartbeatsPerBudget = 4.0;

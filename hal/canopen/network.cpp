@@ -7,17 +7,14 @@
 namespace tandem::hal::canopen {
 namespace {
 
-// Source of an outgoing frame: a node (NMT), a node + kSdo, or one of these.
+// Source of an outgoing frame: a node (NMT), a node + kSdo or kGuard, or one of these.
 constexpr std::int16_t kPeriodic = -1;
 constexpr std::int16_t kCommand = -2;
 constexpr std::int16_t kOwnHeartbeat = -3;
 constexpr std::int16_t kSdo = 1000;
+constexpr std::int16_t kGuard = 2000;
 /// Most frames per receive(), so that a node that floods the bus cannot block the caller.
 constexpr std::size_t kMostFrames = 4096;
-
-bool heartbeatStateIsValid(std::uint8_t state) noexcept {
-  return state == 0 || state == 4 || state == 5 || state == 127;
-}
 
 }  // namespace
 
@@ -55,7 +52,7 @@ int Network::addNode(const NodeSetup& setup) {
     claim(node->tpdos()[k].id, {Use::kTpdo, index, static_cast<std::uint8_t>(k)});
   for (const Rpdo& pdo : node->rpdos())
     claim(pdo.id, {Use::kMaster, index, 0, MasterFrame::kCommandPdo});
-  outgoing_.resize(outgoing_.size() + node->rpdos().size() + 2);
+  outgoing_.resize(outgoing_.size() + node->rpdos().size() + 3);
   origin_.resize(outgoing_.size());
   phases_.push_back(NodePhase::kIdle);
   nodes_.push_back(std::move(node));
@@ -180,13 +177,11 @@ void Network::onTpdo(const CanFrame& frame, const Route& route) noexcept {
 }
 
 void Network::onHeartbeat(const CanFrame& frame, Node& node, std::int64_t now) noexcept {
-  // The top bit is the toggle bit of node guarding, which is not used here.
-  if (frame.length != 1 || !heartbeatStateIsValid(frame.data[0])) {
+  if (frame.length == 1 && node.onState(frame.data[0], now)) {
+    ++counters_.heartbeats;
+  } else {
     ++counters_.malformed;
-    return;
   }
-  ++counters_.heartbeats;
-  node.onHeartbeat(static_cast<NmtState>(frame.data[0]), now);
 }
 
 void Network::onEmcy(const CanFrame& frame, const Route& route) noexcept {
@@ -245,6 +240,13 @@ void Network::queueNmt() noexcept {
   }
 }
 
+void Network::queueGuards(std::int64_t now) noexcept {
+  for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    if (nodes_[k]->guardDue(now))
+      queue(guardFrame(nodes_[k]->id()), static_cast<std::int16_t>(k + kGuard));
+  }
+}
+
 void Network::queueRpdos() noexcept {
   for (const auto& node : nodes_) {
     if (node->phase() != NodePhase::kOperational)
@@ -284,6 +286,8 @@ std::size_t Network::transmit(std::int64_t now, const Transmission& what) noexce
   queueNmt();
   if (heartbeat_ && now >= next_heartbeat_)
     queue(heartbeatFrame(options_.own_id, heartbeat_state_), kOwnHeartbeat);
+  if (heartbeat_)
+    queueGuards(now);
   if (what.rpdos)
     queueRpdos();
   if (what.sync) {
@@ -310,6 +314,8 @@ void Network::finishSend(std::size_t taken, std::int64_t now) noexcept {
       next_heartbeat_ += options_.heartbeat_period;
       if (next_heartbeat_ <= now)
         next_heartbeat_ = now + options_.heartbeat_period;
+    } else if (origin >= kGuard) {
+      nodes_[origin - kGuard]->guardSent(now);
     } else if (origin >= kSdo) {
       nodes_[origin - kSdo]->sdo().sent(now);
     } else if (origin >= 0) {

@@ -91,7 +91,8 @@ class Network {
   bool all(NodePhase phase) const noexcept;
   bool anyFailed() const noexcept;
 
-  /// Our heartbeat, initially off: the time-out of a node starts with the first heartbeat that it receives.
+  /// Our heartbeat and the requests of node guarding, initially off: the time-out of a node starts with the first one
+  /// that it receives.
   void setHeartbeat(bool on, NmtState state = NmtState::kOperational) noexcept;
 
   /// Processes all received frames and advances the nodes. @return number of frames.
@@ -136,6 +137,7 @@ class Network {
   void noticePhases(std::int64_t now) noexcept;
   void queue(const CanFrame& frame, std::int16_t origin) noexcept;
   void queueNmt() noexcept;
+  void queueGuards(std::int64_t now) noexcept;
   void queueRpdos() noexcept;
   void queueRequests(bool few) noexcept;
   void finishSend(std::size_t taken, std::int64_t now) noexcept;

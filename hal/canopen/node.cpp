@@ -47,7 +47,8 @@ std::string_view name(NodePhase phase) {
   return kNames[static_cast<std::size_t>(phase)];
 }
 
-Node::Node(const NodeSetup& setup) : setup_(setup), sdo_(setup.id, setup.sdo_timeout, setup.sdo_retries) {
+Node::Node(const NodeSetup& setup)
+    : setup_(setup), sdo_(setup.id, setup.sdo_timeout, setup.sdo_retries), guard_(setup.guard_period) {
   if (setup.id < 1 || setup.id > kMaxNodeId)
     throw std::invalid_argument(setup.name + ": node " + std::to_string(setup.id) + ", expected 1 to 127");
   append(steps_, setup.steps);
@@ -87,7 +88,7 @@ std::string Node::describe(const NodeFailure& failure) const {
     case NodeFailure::Reason::kNotStarted:
       return "does not become operational";
     case NodeFailure::Reason::kHeartbeatLost:
-      return "heartbeat lost";
+      return setup_.guard_period > 0 ? "no answer to node guarding" : "heartbeat lost";
     case NodeFailure::Reason::kRebooted:
       return "rebooted without a request";
     case NodeFailure::Reason::kLeftOperational:
@@ -135,6 +136,7 @@ void Node::boot(std::int64_t now) noexcept {
   restartConfiguration();
   sdo_.reset();
   nmt_ = NmtState::kUnknown;
+  guard_.restart();
   heartbeat_time_ = 0;
   nmt_pending_ = true;
   deadline_ = now + setup_.boot_timeout;
@@ -169,6 +171,19 @@ void Node::nmtSent(std::int64_t now) noexcept {
 void Node::onEmcy(const Emcy& emcy) noexcept {
   emcy_ = emcy;
   ++emcy_count_;
+}
+
+bool Node::guardDue(std::int64_t now) const noexcept {
+  return phase_ >= NodePhase::kConfigured && phase_ <= NodePhase::kOperational && guard_.due(now);
+}
+
+bool Node::onState(std::uint8_t byte, std::int64_t now) noexcept {
+  NmtState state{};
+  if (guard_.take(byte, state)) {
+    onHeartbeat(state, now);
+    return true;
+  }
+  return guard_.used();  // an answer with the toggle bit of an older one
 }
 
 void Node::onHeartbeat(NmtState state, std::int64_t now) noexcept {

@@ -9,6 +9,7 @@
 
 #include "hal/canopen/cob.h"
 #include "hal/canopen/emcy.h"
+#include "hal/canopen/node_guard.h"
 #include "hal/canopen/pdo.h"
 #include "hal/canopen/sdo_client.h"
 #include "hal/canopen/setup.h"
@@ -24,6 +25,7 @@ struct NodeSetup {
   std::vector<PdoConfig> tpdos;
   std::vector<SetupStep> last_steps;             ///< after the PDOs
   std::int64_t heartbeat_timeout = 100'000'000;  ///< silence of an operational node, 0: not watched
+  std::int64_t guard_period = 0;                 ///< of node guarding, instead of the node's heartbeat; 0: none
   std::int64_t boot_timeout = 2'000'000'000;     ///< from the reset to the boot-up message
   std::int64_t start_timeout = 1'000'000'000;    ///< from NMT start to a heartbeat with state operational
   std::int64_t sdo_timeout = 100'000'000;
@@ -53,7 +55,7 @@ struct NodeFailure {
     kAborted,          ///< an SDO transfer: `step`, `abort`
     kMismatch,         ///< a check or a read-back: `step`, `value`
     kNotStarted,       ///< no heartbeat with state operational
-    kHeartbeatLost,    ///< while operational
+    kHeartbeatLost,    ///< while operational; or no answer to node guarding
     kRebooted,         ///< a boot-up message without a request
     kLeftOperational,  ///< a heartbeat with another state
   };
@@ -146,13 +148,18 @@ class Node {
   void start(std::int64_t now) noexcept;  ///< when configured: requests NMT start
   void release() noexcept;                ///< back to kIdle; heartbeats are not watched any more
   void poll(std::int64_t now) noexcept;   ///< time-outs, next setup step
-  void onHeartbeat(NmtState state, std::int64_t now) noexcept;
+  /// A byte of the node's state, of a heartbeat or a guarding answer. @return false: there is no such state
+  bool onState(std::uint8_t byte, std::int64_t now) noexcept;
+  /// The node needs a guarding request now; guardSent() once the bus has accepted it.
+  bool guardDue(std::int64_t now) const noexcept;
+  void guardSent(std::int64_t now) noexcept { guard_.sent(now); }
   void onEmcy(const Emcy& emcy) noexcept;
   /// The NMT command that this node needs now; removed once the bus has accepted it.
   bool nmtRequest(NmtCommand& command) const noexcept;
   void nmtSent(std::int64_t now) noexcept;
 
  private:
+  void onHeartbeat(NmtState state, std::int64_t now) noexcept;
   void enter(NodePhase phase, std::int64_t now) noexcept;
   void fail(NodeFailure::Reason reason, std::uint64_t value = 0, SdoAbort abort = SdoAbort::kNone) noexcept;
   void configure(std::int64_t now) noexcept;
@@ -183,6 +190,7 @@ class Node {
   std::int64_t deadline_ = 0;       ///< of the phase
   std::int64_t step_deadline_ = 0;  ///< of kAwait
   NmtState nmt_ = NmtState::kUnknown;
+  NodeGuard guard_;
   std::int64_t heartbeat_time_ = 0;
   Emcy emcy_;
   std::uint64_t emcy_count_ = 0;

@@ -73,6 +73,14 @@ std::vector<SetupStep> guardingSteps(const Guarding& guarding) {
   // Without the object a node enters pre-operational (CiA 301).
   SetupStep error_behaviour = write({0x1029, 1}, guarding.error_behaviour, 1, "behaviour after a communication error");
   error_behaviour.optional = guarding.error_behaviour == 0;
+  if (guarding.guard_time != 0) {
+    SetupStep no_heartbeat = write({0x1017, 0}, 0, 2, "no heartbeat, but node guarding");
+    no_heartbeat.optional = true;
+    SetupStep time = write({0x100C, 0}, guarding.guard_time, 2, "guard time");
+    SetupStep factor = write({0x100D, 0}, guarding.life_factor, 1, "life time factor");
+    time.protections = factor.protections = guarding.protections;
+    return {no_heartbeat, time, factor, error_behaviour};
+  }
   SetupStep watch = write({0x1016, 1}, consumer, 4, "watch on our heartbeat");
   watch.protections = guarding.protections;
   return {watch, write({0x1017, 0}, guarding.node_heartbeat, 2, "heartbeat period"), error_behaviour};

@@ -56,11 +56,13 @@ struct Identity {
 };
 std::vector<SetupStep> identitySteps(const Identity& identity);
 
-/** Mutual heartbeat monitoring. Times in ms, 0: none. */
+/** Mutual monitoring of master and node, by heartbeats or by node guarding. Times in ms, 0: none. */
 struct Guarding {
   std::uint8_t our_id = 127;
   std::uint16_t our_heartbeat_timeout = 100;  ///< the node's time-out for our heartbeat: 1016:1
   std::uint16_t node_heartbeat = 25;          ///< the node's own period: 1017
+  std::uint16_t guard_time = 0;               ///< period of the requests of node guarding, instead of both: 100C
+  std::uint8_t life_factor = 0;               ///< guard times until the node notices their end: 100D
   std::uint8_t error_behaviour = 0;           ///< 1029:1: 0 pre-operational, 1 none, 2 stopped
   std::uint32_t protections = 0;              ///< lost if the node does not watch our heartbeat (SetupStep)
 };

@@ -13,7 +13,9 @@ constexpr int kTypicalBytes = 6;
 
 canopen::NetworkOptions networkOptions(const HardwareConfig& config, int b, double heartbeat_budget) {
   canopen::NetworkOptions options;
-  options.own_id = static_cast<std::uint8_t>(config.buses.at(static_cast<std::size_t>(b)).node_id);
+  const BusConfig& bus = config.buses.at(static_cast<std::size_t>(b));
+  options.own_id = static_cast<std::uint8_t>(bus.node_id);
+  options.sync_overflow = static_cast<std::uint8_t>(bus.sync_counter);
   options.request_interval =
       static_cast<int>(std::lround(config.trafficOf(b, heartbeat_budget).request_interval / config.period));
   options.heartbeat_period = static_cast<std::int64_t>(1e9 * heartbeat_budget / kHeartbeatsPerBudget);

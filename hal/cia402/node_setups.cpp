@@ -47,26 +47,36 @@ canopen::Identity identityOf(const DeviceIdentity& device) {
   return {0, device.vendor, device.product, device.revision, device.serial};
 }
 
-/// Setup common to drives and encoders: identity, heartbeats, time-outs. @param watch lost without 1016; 0: it is
-/// needed.
+/// Setup common to drives and encoders: identity, mutual watch, time-outs. @param watch lost without 1016 (or 100C,
+/// 100D); 0: it is needed.
 canopen::NodeSetup commonSetup(const HardwareConfig& hardware,
                                const AxisConfig& axis,
                                int node,
                                const DeviceIdentity& device,
                                std::uint32_t profile,
                                double heartbeat_budget,
+                               MutualWatch kind,
                                ProtectionMask watch) {
+  const BusConfig& bus = hardware.buses[static_cast<std::size_t>(axis.bus)];
   canopen::NodeSetup setup;
   setup.id = static_cast<std::uint8_t>(node);
   setup.steps.push_back(canopen::checkBits({0x1000, 0}, profile, 0xFFFF, 4, "device profile"));
   append(setup.steps, canopen::identitySteps(identityOf(device)));
   canopen::Guarding guarding;
-  guarding.our_id = static_cast<std::uint8_t>(hardware.buses[static_cast<std::size_t>(axis.bus)].node_id);
+  guarding.our_id = static_cast<std::uint8_t>(bus.node_id);
   guarding.our_heartbeat_timeout = milliseconds(heartbeat_budget);
   guarding.node_heartbeat = milliseconds(hardware.node_heartbeat);
   guarding.protections = watch;
-  append(setup.steps, canopen::guardingSteps(guarding));
   setup.heartbeat_timeout = nanoseconds(std::max(2.5 * hardware.node_heartbeat, heartbeat_budget));
+  if (kind == MutualWatch::kNodeGuarding) {
+    guarding.guard_time = static_cast<std::uint16_t>(guardTime(heartbeat_budget));
+    guarding.life_factor = kGuardsPerBudget;
+    setup.guard_period = nanoseconds(1e-3 * guarding.guard_time);
+    setup.heartbeat_timeout = nanoseconds(heartbeat_budget);
+  }
+  append(setup.steps, canopen::guardingSteps(guarding));
+  if (bus.sync_counter != 0)
+    setup.steps.push_back(canopen::write({0x1019, 0}, bus.sync_counter, 1, "SYNC counter (sync_counter of the bus)"));
   setup.boot_timeout = nanoseconds(hardware.boot_budget);
   setup.sdo_timeout = nanoseconds(axis.sdo_timeout);
   return setup;
@@ -240,7 +250,7 @@ SetupStep awaitMode(DriveMode mode) {
 
 canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget) {
   canopen::NodeSetup setup = commonSetup(hardware, axis, axis.node, axis.identity, kDriveProfile, heartbeat_budget,
-                                         bit(Protection::kHeartbeatWatch));
+                                         axis.watch, bit(Protection::kHeartbeatWatch));
   setup.name = axis.name;
   setup.minimum = leastProtections(axis.accepted);
   std::uint32_t modes = 1u << (static_cast<int>(axis.mode) - 1);
@@ -285,8 +295,8 @@ StatedFactors statedFactors(const canopen::Node& drive) noexcept {
 
 canopen::NodeSetup encoderSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget) {
   const EncoderConfig& encoder = *axis.encoder;
-  canopen::NodeSetup setup =
-      commonSetup(hardware, axis, encoder.node, encoder.identity, kEncoderProfile, heartbeat_budget, 0);
+  canopen::NodeSetup setup = commonSetup(hardware, axis, encoder.node, encoder.identity, kEncoderProfile,
+                                         heartbeat_budget, MutualWatch::kHeartbeat, 0);
   setup.name = axis.name + " encoder";
   setup.steps.push_back(canopen::checkBits({0x6503, 0}, 0, 1, 2, "position alarm"));
   // TPDO 1 of an encoder runs by its own timer, TPDO 2 by SYNC.

@@ -28,8 +28,8 @@ BusLoad computeLoad(const BusPlan& plan) {
 
 std::vector<FrameStream> streamsOf(const BusTraffic& traffic) {
   const auto of = [](int count, const char* kind) { return std::to_string(count) + " " + kind; };
-  const int nodes = traffic.drives + traffic.encoders;
-  std::vector<FrameStream> streams{{"SYNC", 0, 1.0, 0.0}};
+  const int nodes = traffic.drives + traffic.encoders - traffic.guarded;
+  std::vector<FrameStream> streams{{"SYNC", traffic.sync_bytes, 1.0, 0.0}};
   const auto add = [&](const std::string& what, const std::array<double, 9>& frames) {
     for (std::size_t bytes = 0; bytes < frames.size(); ++bytes) {
       if (frames[bytes] > 0.0)
@@ -41,6 +41,11 @@ std::vector<FrameStream> streamsOf(const BusTraffic& traffic) {
   streams.push_back({"positions of " + of(traffic.encoders, "encoders"), traffic.encoder_bytes,
                      static_cast<double>(traffic.encoders), 0.0});
   streams.push_back({"heartbeats of " + of(nodes, "nodes"), 1, 0.0, nodes / traffic.heartbeat_period});
+  if (traffic.guarded > 0) {
+    const double rate = traffic.guarded / traffic.guard_period;
+    streams.push_back({"guarding of " + of(traffic.guarded, "drives"), 0, 0.0, rate});
+    streams.push_back({"answers of " + of(traffic.guarded, "drives"), 1, 0.0, rate});
+  }
   streams.push_back({"heartbeat of the HAL", 1, 0.0, 1.0 / traffic.master_heartbeat_period});
   streams.push_back({"SDO requests and answers", 8, 0.0, 2.0 / traffic.request_interval});
   return streams;
@@ -58,6 +63,7 @@ int mostAxes(BusPlan plan, const BusTraffic& traffic) {
     const double share = static_cast<double>(n) / traffic.drives;
     other.drives = n;
     other.encoders = traffic.encoders > 0 ? n : 0;
+    other.guarded = static_cast<int>(std::ceil(share * traffic.guarded));
     for (std::size_t bytes = 0; bytes < traffic.commands.size(); ++bytes) {
       other.commands[bytes] = share * traffic.commands[bytes];
       other.feedback[bytes] = share * traffic.feedback[bytes];

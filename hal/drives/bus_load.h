@@ -46,9 +46,12 @@ BusLoad computeLoad(const BusPlan& plan);
 struct BusTraffic {
   int drives = 0;
   int encoders = 0;
+  int guarded = 0;     ///< drives with node guarding instead of a heartbeat
+  int sync_bytes = 0;  ///< 1: SYNC has a counter
   /// PDOs to and from the drives in each period, by their number of data bytes (cyclic_objects.h).
   std::array<double, 9> commands{}, feedback{};
   int encoder_bytes = 6;                  ///< TPDO of an encoder: position and alarms
+  double guard_period = 0.033;            ///< of the requests to each guarded drive, s
   double heartbeat_period = 0.05;         ///< of each node, s
   double master_heartbeat_period = 0.02;  ///< of the HAL, s
   /// Shortest time between two SDO requests while an arm moves, s: temperatures, the set-up of another arm's nodes.

@@ -31,9 +31,12 @@ BusTraffic HardwareConfig::trafficOf(int bus, double heartbeat_budget) const {
       continue;
     ++traffic.drives;
     traffic.encoders += axis.encoder ? 1 : 0;
+    traffic.guarded += axis.watch == MutualWatch::kNodeGuarding ? 1 : 0;
     countFrames(traffic.commands, commandObjects(axis), axis.pdo_objects);
     countFrames(traffic.feedback, feedbackObjects(*this, axis), axis.pdo_objects);
   }
+  traffic.sync_bytes = buses.at(static_cast<std::size_t>(bus)).sync_counter != 0 ? 1 : 0;
+  traffic.guard_period = 1e-3 * guardTime(heartbeat_budget);
   traffic.heartbeat_period = node_heartbeat;
   traffic.master_heartbeat_period = heartbeat_budget / kHeartbeatsPerBudget;
   for (int cycles = 1; cycles <= kLongestRequestInterval; ++cycles) {
@@ -46,6 +49,10 @@ BusTraffic HardwareConfig::trafficOf(int bus, double heartbeat_budget) const {
 
 BusPlan HardwareConfig::planOf(int bus, double heartbeat_budget) const {
   return planWith(*this, bus, trafficOf(bus, heartbeat_budget));
+}
+
+int guardTime(double heartbeat_budget) noexcept {
+  return std::max(1, static_cast<int>(1e3 * heartbeat_budget / kGuardsPerBudget));
 }
 
 double AxisConfig::stopBudget() const noexcept {

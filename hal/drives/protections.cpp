@@ -8,8 +8,8 @@ namespace tandem::hal {
 namespace {
 
 /// Objects of each protection.
-constexpr std::array<std::string_view, kProtectionCount> kObjects{"1400:05", "1016:01",    "6007", "605A, 6085",
-                                                                  "605E",    "6065, 6066", "607D", "6080, 607F"};
+constexpr std::array<std::string_view, kProtectionCount> kObjects{
+    "1400:05", "1016:01; 100C, 100D", "6007", "605A, 6085", "605E", "6065, 6066", "607D", "6080, 607F"};
 
 }  // namespace
 

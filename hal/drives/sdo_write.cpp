@@ -8,7 +8,7 @@ namespace tandem::hal {
 
 std::string forbidden(const SdoWrite& write) {
   // CiA 301, and CiA 402-2: controlword, mode, targets, offsets, digital outputs.
-  constexpr std::array<std::uint16_t, 5> kCommunication{0x1006, 0x1007, 0x100C, 0x100D, 0x1019};
+  constexpr std::array<std::uint16_t, 2> kCommunication{0x1006, 0x1007};
   constexpr std::array<std::uint16_t, 9> kCommands{0x6040, 0x6042, 0x6060, 0x6071, 0x607A,
                                                    0x60B0, 0x60B1, 0x60B2, 0x60FF};
   constexpr std::uint16_t kOutputs = 0x60FE, kInterpolated = 0x60C1;

@@ -64,6 +64,7 @@ void Device::boot(bool application) noexcept {
     error_register_.value = (errors & ~kBoth) == 0 ? 0 : errors & ~static_cast<std::uint8_t>(ErrorBit::kCommunication);
   }
   sdo_.reset();
+  life_guard_.restart();
   answer_at_ = 0;
   pdos_.configure();
   loadProducers();
@@ -102,9 +103,13 @@ void Device::enter(NmtState state) noexcept {
 }
 
 void Device::receive(const CanFrame& frame, std::int64_t now) noexcept {
-  if (!powered_ || nmt_ == NmtState::kBootUp || !frame.classicData())
+  if (!powered_ || nmt_ == NmtState::kBootUp)
     return;
   now_ = now;
+  if (frame.remote && !frame.extended && frame.id == cob::kHeartbeat + id_)
+    return onGuard();
+  if (!frame.classicData())
+    return;
   ++counters_.frames_in;
   if (frame.id == cob::kNmt) {
     onNmt(frame);
@@ -151,7 +156,9 @@ void Device::onNmt(const CanFrame& frame) noexcept {
 void Device::onSync(const CanFrame& frame) noexcept {
   if (nmt_ != NmtState::kOperational)
     return;
-  if (frame.length > 1) {
+  // With the counter (1019) a SYNC has one byte, without it none.
+  const Entry* counter = dictionary_.visible({0x1019, 0});
+  if (frame.length != (counter != nullptr && counter->value != 0 ? 1 : 0)) {
     raise(error_code::kSyncLength, ErrorBit::kCommunication);
     return;
   }
@@ -174,6 +181,21 @@ void Device::onHeartbeat(const CanFrame& frame) noexcept {
       producer.active = true;
     }
   }
+}
+
+std::int64_t Device::lifeTime() const noexcept {
+  const Entry *time = dictionary_.visible({0x100C, 0}), *factor = dictionary_.visible({0x100D, 0});
+  return time == nullptr || factor == nullptr ? 0 : time->value * factor->value * 1'000'000;
+}
+
+/// A device has a heartbeat or node guarding, not both (CiA 301).
+void Device::onGuard() noexcept {
+  if (dictionary_.visible({0x100C, 0}) == nullptr || heartbeat_.value > 0)
+    return;
+  ++counters_.frames_in;
+  CanFrame answer = hal::canopen::heartbeatFrame(id_, nmt_);
+  answer.data[0] = life_guard_.answer(answer.data[0], now_);
+  send(answer);
 }
 
 void Device::onRpdo(const CanFrame& frame) noexcept {
@@ -243,6 +265,10 @@ void Device::watchMaster() noexcept {
       ++counters_.heartbeats_lost;
       communicationError(error_code::kHeartbeat);
     }
+  }
+  if (life_guard_.lost(lifeTime(), now_)) {
+    ++counters_.heartbeats_lost;
+    communicationError(error_code::kHeartbeat);
   }
   if (nmt_ == NmtState::kOperational && pdos_.takeMissedDeadlines(now_) > 0) {
     ++counters_.rpdo_timeouts;

@@ -9,6 +9,7 @@
 
 #include "hal/canopen/cob.h"
 #include "hal/canopen/emcy.h"
+#include "sim/drives/life_guard.h"
 #include "sim/drives/object_dictionary.h"
 #include "sim/drives/pdo_engine.h"
 #include "sim/drives/sdo_server.h"
@@ -119,6 +120,9 @@ class Device : private SdoAccess {
   void onNmt(const CanFrame& frame) noexcept;
   void onSync(const CanFrame& frame) noexcept;
   void onHeartbeat(const CanFrame& frame) noexcept;
+  void onGuard() noexcept;
+  /// ns; 0: the master is not watched by node guarding.
+  std::int64_t lifeTime() const noexcept;
   void onRpdo(const CanFrame& frame) noexcept;
   void watchMaster() noexcept;
   void communicationError(std::uint16_t code) noexcept;
@@ -141,6 +145,7 @@ class Device : private SdoAccess {
   std::vector<CanFrame> out_;
   std::vector<Entry*> written_;
   std::array<Producer, 2> producers_{};
+  LifeGuard life_guard_;
   DeviceCounters counters_;
   NmtState nmt_ = NmtState::kBootUp;
   bool powered_ = false;

@@ -5,11 +5,11 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <tuple>
 
 #include "config/axis_block.h"
 #include "config/config.h"
 #include "hal/canopen/bytes.h"
+#include "services/cli/can/import_axis.h"
 #include "services/cli/can/sheet.h"
 
 namespace tandem::cli {
@@ -98,54 +98,6 @@ void chooseMode(Import& job, const std::string& wanted) {
   job.drive.mode = kModes[0].second;
 }
 
-/// Takes the units that the sheet states; names the objects with which a drive chooses other ones.
-void chooseUnits(Import& job) {
-  const auto stated = [&](std::uint16_t index) {
-    const EdsObject* object = job.sheet.find({index, 0});
-    return object != nullptr && object->has_value ? static_cast<std::uint32_t>(object->value) : 0u;
-  };
-  hal::DriveUnits& units = job.drive.units;
-  if (const auto unit = hal::unitOfVelocityCode(stated(0x60A9))) {
-    std::tie(units.velocity, units.velocity_scale) = *unit;
-    job.notes.push_back("velocities: " + std::string(hal::kVelocityUnits[static_cast<std::size_t>(unit->first)]) +
-                        " (60A9 = " + importHex(stated(0x60A9)) + ")");
-  }
-  if (const auto unit = hal::unitOfAccelerationCode(stated(0x60AA))) {
-    std::tie(units.acceleration, units.acceleration_scale) = *unit;
-    job.notes.push_back(
-        "accelerations: " + std::string(hal::kAccelerationUnits[static_cast<std::size_t>(unit->first)]) +
-        " (60AA = " + importHex(stated(0x60AA)) + ")");
-  }
-  std::string others;
-  for (const std::uint16_t index : {0x6091, 0x6092, 0x6096, 0x6097}) {
-    char text[24];
-    std::snprintf(text, sizeof text, "%04X", index);
-    if (job.sheet.hasIndex(index))
-      others += (others.empty() ? "" : ", ") + std::string(text);
-  }
-  if (!others.empty())
-    job.notes.push_back("the drive can have other units (" + others +
-                        "): compare its manual with velocity_unit and acceleration_unit of the axis");
-}
-
-/// Takes the largest number of objects in one PDO that the sheet permits.
-void choosePdoObjects(Import& job) {
-  int most = 8;
-  for (const std::uint16_t index : {0x1600, 0x1A00}) {
-    const EdsObject* count = job.sheet.find({index, 0});
-    int entries = 0;
-    while (entries < most && job.sheet.find({index, static_cast<std::uint8_t>(entries + 1)}) != nullptr)
-      ++entries;
-    if (count != nullptr && count->high)
-      entries = static_cast<int>(std::min<std::int64_t>(entries, *count->high));
-    most = std::max(1, std::min(most, entries));
-  }
-  job.drive.pdo_objects = most;
-  if (most < 8)
-    job.notes.push_back("PDOs: at most " + std::to_string(most) + (most == 1 ? " object" : " objects") +
-                        " in each (1600, 1A00)");
-}
-
 Import prepareImport(const ImportOptions& options) {
   Import job;
   job.sheet = loadSheet(options.file);
@@ -156,8 +108,7 @@ Import prepareImport(const ImportOptions& options) {
   job.drive.node = options.node != 0 ? options.node : job.sheet.node.value_or(job.drive.node);
   chooseMode(job, options.mode);
   const Eds& sheet = job.sheet;
-  chooseUnits(job);
-  choosePdoObjects(job);
+  takeFromSheet(sheet, job.drive, job.notes);
   const hal::canopen::ObjectAddress temperature{job.drive.temperature_index, job.drive.temperature_sub};
   if (temperature.index != 0 && sheet.find(temperature) == nullptr) {
     job.notes.push_back("the temperature object " + describe(temperature) + " of the axis is absent: it is left out");
@@ -256,7 +207,7 @@ std::vector<std::string> reasonsOf(const SheetCheck& check) {
 /// The axis, with the protections to be accepted as comments.
 std::string blockOf(const Import& job, const SheetCheck& check) {
   std::string text = "# From " + job.sheet.file + ": " + job.sheet.vendor_name + ", " + job.sheet.product +
-                     ".\n# Everything but node, vendor, product, revision, mode, units and pdo_objects is of " +
+                     ".\n# Everything but node, vendor, product, revision, mode, units, pdo_objects and watch is of " +
                      job.drive.name + " in " + job.hardware.name + ": check it, and add the serial number.\n";
   text += config::axisBlock(job.hardware_file, job.hardware, job.axis, job.drive, job.mode);
   const std::string indent = "        # ";

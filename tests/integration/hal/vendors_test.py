@@ -18,7 +18,7 @@ TOLERANCE_MM = 0.88
 # Profile, its data sheet, and the mode of each tube's translation and rotation.
 MIXED = {"arm_a": {1: ("epos4", "csp"), 2: ("gold", "csv"), 3: ("mc3", "pv")}, "arm_b": {3: ("ipos", "pv")}}
 # What the sheet of a drive forces somebody to accept.
-ACCEPTED = {"ipos": ["heartbeat_watch", "connection_reaction", "quick_stop_ramp"]}
+ACCEPTED = {"ipos": ["connection_reaction", "quick_stop_ramp"]}
 
 
 class Vendors(HalTest):
@@ -81,7 +81,8 @@ class Vendors(HalTest):
         running = self.start_hal()
         self.await_ready(running)
         lost = json.dumps(running.status()["lost_protections"])
-        for protection in ("command_deadline", "heartbeat_watch"):
+        self.assertNotIn("heartbeat_watch", lost)
+        for protection in ("command_deadline", "connection_reaction"):
             self.assertIn(protection, lost)
         self.assert_ok(running.robot("enable"))
         for arm in (0, 1):

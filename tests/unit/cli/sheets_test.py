@@ -17,8 +17,8 @@ EXPECTED = {
     "mc3-like": (3, ["command_deadline", "quick_stop_ramp"], ["without quick_stop_ramp"],
                  ["read as octal (CiA 306): 8, not 10", "Latin-1", "'DataType' is in this section already"]),
     "gold-like": (0, ["command_deadline"], [], ["SupportedObjects: found 58, expected 56", "control Z"]),
-    "ipos-like": (3, ["command_deadline", "heartbeat_watch", "connection_reaction", "quick_stop_ramp", "fault_reaction", "speed_limit"],
-                  ["without command_deadline", "without connection_reaction", "without quick_stop_ramp"],
+    "ipos-like": (3, ["command_deadline", "connection_reaction", "quick_stop_ramp", "fault_reaction", "speed_limit"],
+                  ["without connection_reaction", "without quick_stop_ramp"],
                   ["byte order mark", "0x6510 is listed and has no section", "[100D] is in none of the lists",
                    "data type 0x0040 is unknown", "found 'end of list'", "found the value 5 outside its limits", "NUL bytes"]),
 }
@@ -60,7 +60,8 @@ class Import(system.SystemTest):
                     self.assertTrue(any(words in reason for reason in report["reasons"]), report["reasons"])
                 self.assertEqual(report["boots"], code == 0)
                 self.assertIn("yaml", report)
-                self.assertEqual("pdo_objects: 1\n" in report["yaml"], name == "ipos-like")
+                for key in ("pdo_objects: 1\n", "watch: node_guarding\n"):
+                    self.assertEqual(key in report["yaml"], name == "ipos-like")
 
     def test_the_axis_is_valid_in_a_hardware_file(self):
         for name in EXPECTED:

@@ -135,10 +135,11 @@ TEST(DriveProfile, AProfileThatIsNotThereAndAModeThatItHasNotAreRefused) {
 TEST(DriveProfile, ObjectsThatCommandTheDriveAreRefused) {
   std::mt19937 random(static_cast<unsigned>(::testing::UnitTest::GetInstance()->random_seed()) + 1u);
   const std::set<int> commands{0x6040, 0x6042, 0x6060, 0x6071, 0x607A, 0x60B0, 0x60B1, 0x60B2, 0x60C1, 0x60FE, 0x60FF};
-  const std::set<int> communication{0x1006, 0x1007, 0x100C, 0x100D, 0x1019};
+  const std::set<int> communication{0x1006, 0x1007};
   std::vector<int> objects(commands.begin(), commands.end());
   objects.insert(objects.end(), communication.begin(), communication.end());
-  for (const int index : {0x1000, 0x1005, 0x1010, 0x1011, 0x1016, 0x1017, 0x1400, 0x1600, 0x1800, 0x1A00, 0x1F51})
+  for (const int index :
+       {0x1000, 0x1005, 0x100C, 0x100D, 0x1019, 0x1010, 0x1011, 0x1016, 0x1017, 0x1400, 0x1600, 0x1800, 0x1A00, 0x1F51})
     objects.push_back(index);
   for (int k = 0; k < 40; ++k)
     objects.push_back(std::uniform_int_distribution<int>(0, 0xFFFF)(random));

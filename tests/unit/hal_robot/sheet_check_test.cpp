@@ -226,6 +226,11 @@ TEST(SheetCheck, AgreesWithTheBootOfDrivesOfVendors) {
       EXPECT_FALSE(bootsAsForetold(sheet, config)) << "two objects in a PDO";
       for (AxisConfig& axis : config.axes)
         axis.pdo_objects = 1;
+      EXPECT_TRUE(bootsAsForetold(sheet, config)) << "no watch, but that is accepted";
+      for (AxisConfig& axis : config.axes) {
+        axis.watch = MutualWatch::kNodeGuarding;
+        std::erase_if(axis.accepted, [](const auto& loss) { return loss.protection == Protection::kHeartbeatWatch; });
+      }
     }
     EXPECT_EQ(bootsAsForetold(sheet, config), boots);
   }

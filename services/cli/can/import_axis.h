@@ -1,0 +1,17 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file What follows from a data sheet for the axis that tandem can import makes. */
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "hal/canopen/eds.h"
+#include "hal/hardware.h"
+
+namespace tandem::cli {
+
+/// Sets units, objects per PDO and the watch of an axis as its sheet says. @param notes  what a person should know of
+/// it
+void takeFromSheet(const hal::canopen::Eds& sheet, hal::AxisConfig& drive, std::vector<std::string>& notes);
+
+}  // namespace tandem::cli
