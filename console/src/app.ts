@@ -24,9 +24,11 @@ import { View } from "./scene/view";
 import { Clock } from "./state/clock";
 import { Commander } from "./state/commander";
 import { Events } from "./state/events";
+import { keepAcknowledged } from "./state/log";
 import { Orders } from "./state/orders";
+import { Past } from "./state/past";
 import type { Robot } from "./state/robot";
-import { fetchJson, TokenRequired } from "./state/robot";
+import { fetchBytes, fetchJson, TokenRequired } from "./state/robot";
 import { onPhone } from "./state/screen";
 import { ServerClock } from "./state/server";
 import { World } from "./state/world";
@@ -47,6 +49,7 @@ export class App {
   private readonly hud: Hud;
   private readonly health: Health;
   private readonly replay: Replay;
+  private readonly past: Past;
   private ended = false;
   /** The link was open: its loss is news. */
   private linkedBefore = false;
@@ -78,8 +81,20 @@ export class App {
     this.c = { robot, world, replayed: "", link, commander, pilot, messages, notices: new Notices(), orders };
     /** Of the robot, whatever is shown. */
     const live = { ...this.c };
-    const events = new Events(robot, link, commander, messages.log, (time) => server.when(time));
-    commander.replied = (reply) => events.replied(reply);
+    const ask = async (): Promise<ArrayBuffer> => {
+      await server.known;
+      return fetchBytes("/api/events", "");
+    };
+    this.past = new Past(
+      ask,
+      (sample) => link.decode(sample),
+      (past) => {
+        messages.log.past = past;
+        if (!past) messages.showPast();
+      },
+    );
+    keepAcknowledged(messages.log, robot.session);
+    const events = new Events(robot, link, commander, messages.log, (time) => server.when(time), this.past);
     world.taps.diagnostics.push((array, time) => events.ended(array, time));
     world.taps.hal.push((status, time) => events.receivedHal(status, time));
     world.taps.summary.push((summary, time) => events.ran(summary, time));
@@ -216,6 +231,7 @@ export class App {
     }
     if (state === "open") {
       this.linkedBefore = true;
+      this.past.opened().catch((error: unknown) => this.c.messages.add("bad", `Earlier events: ${String(error)}`));
       this.c.messages.add("info", "Connected to the server; no motion until a client takes control");
     }
   }

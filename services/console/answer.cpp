@@ -107,7 +107,7 @@ Answer answer(Context& context, const Request& request) {
     return refuse(context, 400, invalid.what());
   }
   return refuse(context, 404,
-                "expected /api/robot, /api/trajectories, /api/shape, /api/recording, /api/recordings, "
+                "expected /api/robot, /api/trajectories, /api/shape, /api/recording, /api/recordings, /api/events, "
                 "/api/stats or /api/clock");
 }
 

@@ -50,7 +50,8 @@ Hub::Hub(dds::Bus& bytes, const std::vector<std::string>& arms, const std::strin
     line->may_lose = topic.profile == dds::Profile::kPeriodic || topic.profile == dds::Profile::kCommand;
     line->latched = topic.profile == dds::Profile::kLatched;
     line->values = topic.type == dds::DiagnosticArray::kType;
-    line->always = line->values || carriesReplies(topic);
+    line->kept = History::concerns(topic);
+    line->always = line->values || line->kept || carriesReplies(topic);
     if (dds::mayPublish(dds::Role::kConsoleOperator, topic))
       line->writer = std::make_unique<dds::RawWriter>(bytes_, topic);
     channels.push_back(
@@ -82,15 +83,19 @@ void Hub::onSample(Line& line, std::uint32_t channel, std::string_view bytes) {
   if (line.values) {
     if (const auto diagnostics = dds::decode<dds::DiagnosticArray>(bytes))
       requests_->onDiagnostics(*diagnostics);
-  } else if (line.always) {
+  } else if (carriesReplies(line.topic)) {
     requests_->onReply(channel, bytes);
   }
   const auto now = static_cast<std::uint64_t>(runtime::wallNow());
   const std::lock_guard lock(line.mutex);
-  if (line.subscribers.empty() && !line.latched)
+  if (line.subscribers.empty() && !line.latched && !line.kept)
     return;
   const HubSample sample{std::make_shared<const std::string>(bytes), now};
   std::optional<SampleFeatures> features;
+  if (line.kept) {
+    features = featuresOf(line.topic.type, bytes);
+    history_.take(channel, line.topic, sample, *features);
+  }
   for (Subscriber& subscriber : line.subscribers) {
     if (subscriber.decimation.limited() && !features)
       features = featuresOf(line.topic.type, bytes);
@@ -113,6 +118,8 @@ void Hub::send(const Line& line,
       subscriber.client->wake_();
   }
 }
+
+std::string Hub::history() const { return history_.packed(static_cast<std::uint64_t>(runtime::wallNow())); }
 
 void Hub::look() {
   const auto now = static_cast<std::uint64_t>(runtime::wallNow());

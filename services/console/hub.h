@@ -16,6 +16,7 @@
 #include "services/console/client_queue.h"
 #include "services/console/connection_graph.h"
 #include "services/console/decimation.h"
+#include "services/console/history.h"
 #include "services/console/protocol.h"
 #include "services/console/robot_requests.h"
 #include "services/dds/raw.h"
@@ -75,6 +76,9 @@ class Hub {
   /// Reports to clients the samples that their queues have dropped since the last call. Called about once a second.
   void reportDropped();
 
+  /// The last samples with events, packed (history.h). Any thread.
+  std::string history() const;
+
   std::size_t clients() const { return clients_.size(); }
   std::size_t openReaders() const;
   std::uint64_t received() const { return received_; }    ///< samples from DDS
@@ -94,6 +98,7 @@ class Hub {
     bool may_lose = false, latched = false;
     bool always = false;  ///< read without subscribers, too: the topic has replies, or values of parameters
     bool values = false;
+    bool kept = false;  ///< in the history
     dds::Reader reader;
     std::unique_ptr<dds::RawWriter> writer;
     bool open = false;
@@ -120,7 +125,8 @@ class Hub {
   void updateGraph();
 
   dds::Bus& bytes_;
-  std::unique_ptr<RobotRequests> requests_;   // before the readers, whose callbacks use it
+  History history_;
+  std::unique_ptr<RobotRequests> requests_;   // before the readers, whose callbacks use both
   std::vector<std::unique_ptr<Line>> lines_;  ///< by channel
   std::vector<std::shared_ptr<Client>> clients_;
   std::string hello_, advertisement_;

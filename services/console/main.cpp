@@ -141,6 +141,8 @@ class Console {
       return answerReplay(path, std::string(query));
     if (path.starts_with("/recording"))
       return answerRecording(path, query);
+    if (path == "/events")
+      return console::Server::ApiAnswer([this] { return hub_.history(); }, "application/octet-stream");
     if (path == "/clock")
       return nlohmann::json{{"now_ms", 1e-6 * static_cast<double>(runtime::wallNow())}}.dump();
     if (path == "/stats")

@@ -143,7 +143,7 @@ std::string Replay::whyNot(const recording::Reader& reader) const {
   return reader.statistics().messages == 0 ? "contains no messages" : "";
 }
 
-Replay::Opened& Replay::open(std::string_view query) {
+Replay::Opened& Replay::open(std::string_view query, bool as_it_is_now) {
   const std::string name = nameIn(query);
   std::error_code error;
   // Symbolic links may point outside the folder.
@@ -154,7 +154,7 @@ Replay::Opened& Replay::open(std::string_view query) {
   const std::uintmax_t size = fs::file_size(path, error);
   if (error)
     fail(name + ": " + error.message());
-  if (opened_.reader && opened_.path == path && opened_.changed == changed && opened_.size == size)
+  if (opened_.reader && opened_.path == path && (!as_it_is_now || (opened_.changed == changed && opened_.size == size)))
     return opened_;
   opened_ = {};
   try {
@@ -181,7 +181,7 @@ Replay::Opened& Replay::open(std::string_view query) {
 }
 
 Json Replay::describe(std::string_view query) {
-  const Opened& file = open(query);
+  const Opened& file = open(query, true);
   const auto run = runOf(*file.reader);
   const recording::Statistics& statistics = file.reader->statistics();
   return {{"file", file.path.filename().string()},    {"robot", valueIn(run, "robot")},
@@ -191,7 +191,7 @@ Json Replay::describe(std::string_view query) {
 }
 
 std::string Replay::samples(std::string_view query) {
-  Opened& file = open(query);
+  Opened& file = open(query, false);
   const double rate = numberIn(query, "rate", kLeastRate, kMostRate);
   const std::set<std::uint32_t> wanted = channelsIn(query, topics_.size());
   recording::Selection selection;

@@ -58,7 +58,8 @@ class Replay {
     std::map<std::uint16_t, std::uint32_t> channels;  ///< channel of the hub by that of the file
   };
 
-  Opened& open(std::string_view query);
+  /// @param as_it_is_now  opens it again if it has changed: one that is being recorded is not read anew for each answer
+  Opened& open(std::string_view query, bool as_it_is_now);
   std::string whyNot(const recording::Reader& reader) const;
 
   const std::filesystem::path folder_;

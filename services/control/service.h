@@ -18,6 +18,7 @@
 #include "services/control/crtk_publisher.h"
 #include "services/control/object_loop.h"
 #include "services/control/operator_publisher.h"
+#include "services/control/request_log.h"
 #include "services/dds/reply.h"
 #include "services/runtime/clock_request_handler.h"
 #include "services/runtime/identity.h"
@@ -40,6 +41,7 @@ struct Service {
         object_loop(has(s.robot, robots::Capability::kCommonPath) ? std::make_unique<ObjectLoop>(s) : nullptr),
         core(controlSetupOf(s, robot), handler.makeTracker(), object_loop.get()),
         crtk_command_handler(s, robot),
+        request_log(config::armList(s.robot)),
         bus(runtime::busOptions(s.deployment, s.name)),
         crtk(bus, s, robot),
         operators(bus, s, crtk_command_handler),
@@ -83,11 +85,14 @@ struct Service {
     readers.push_back(bus.reader(dds::kActuationState, on_state));
     readers.push_back(bus.reader(dds::kPlanningReference, on_reference));
     readers.push_back(bus.reader(dds::kControlRequest, [this, on_request](const dds::ControlRequest& request) {
+      if (const std::string line = request_log.line(request, bus.identityOf(request.client), runtime::monotonicNow());
+          !line.empty())
+        spdlog::info("{}", line);
       dds::Reply refusal;
       if (const auto parsed = handler.parse(request, owner.load(std::memory_order_relaxed), refusal)) {
         on_request(*parsed);
       } else {
-        spdlog::warn("request refused: {}", refusal.reason);
+        spdlog::warn("{}", runtime::refusalLine(refusal.reason, refusal.client, bus.identityOf(refusal.client)));
         replies.write(refusal);
       }
     }));
@@ -164,7 +169,7 @@ struct Service {
     dds::Reply message = handler.replyTo(reply);
     message.reason += more(reply);
     if (message.accepted == 0 && message.request != 0)
-      spdlog::warn("request refused: {}", message.reason);
+      spdlog::warn("{}", runtime::refusalLine(message.reason, message.client, bus.identityOf(message.client)));
     if (message.request != 0)
       replies.write(message);
   }
@@ -191,6 +196,7 @@ struct Service {
   std::unique_ptr<ObjectLoop> object_loop;  ///< of catheters
   operation::ControlCore core;
   CrtkCommandHandler crtk_command_handler;
+  RequestLog request_log;  // of the thread of the requests
   dds::Bus bus;
   CrtkPublisher crtk;
   OperatorPublisher operators;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <variant>
 
+#include "idl/enumerations.h"
 #include "services/planning/computation_request_handler.h"
 #include "services/planning/planning_core.h"
 #include "services/runtime/clock_request_handler.h"
@@ -82,10 +83,13 @@ class Planner {
   void take(const dds::Clearances& clearances) { core_.onClearances(clearances); }
   void take(planning_service::Plan plan) { core_.onPlan(std::move(plan)); }
   void take(const dds::PlanningRequest& request) {
+    spdlog::info(
+        "{}", runtime::requestLine("trajectory " + std::string(idl::name(static_cast<dds::PlanningKind>(request.kind))),
+                                   request.client, bus_.identityOf(request.client)));
     std::optional<dds::Path> path;
     const dds::Reply reply = core_.onRequest(request, path);
     if (reply.accepted == 0)
-      spdlog::warn("request refused: {}", reply.reason);
+      spdlog::warn("{}", runtime::refusalLine(reply.reason, reply.client, bus_.identityOf(reply.client)));
     if (path)
       paths_.write(*path);
     replies_.write(reply);

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdio>
 #include <set>
 
 #include "config/values.h"
@@ -34,6 +35,12 @@ std::string valueOf(const std::string& values, const std::string& key) {
   return values.substr(begin, values.find('\n', begin) - begin);
 }
 
+std::string nameOf(std::uint64_t client, const std::optional<dds::Identity>& who) {
+  char number[8];
+  std::snprintf(number, sizeof number, "%04x", static_cast<unsigned>(client & 0xffff));
+  return who ? "tandem-" + describe(*who) : std::string("client ") + number;
+}
+
 }  // namespace
 
 std::uint64_t fingerprintOf(const config::Deployment& deployment) noexcept {
@@ -59,6 +66,14 @@ dds::Identity identityOf(const config::Deployment& deployment, const std::string
 
 std::string describe(const dds::Identity& identity) {
   return identity.process + " (pid " + std::to_string(identity.pid) + " on " + identity.host + ")";
+}
+
+std::string requestLine(const std::string& what, std::uint64_t client, const std::optional<dds::Identity>& who) {
+  return "request: " + what + ", by " + nameOf(client, who);
+}
+
+std::string refusalLine(const std::string& reason, std::uint64_t client, const std::optional<dds::Identity>& who) {
+  return "request refused: " + reason + ", by " + nameOf(client, who);
 }
 
 std::string describeThisProcess(const std::string& process) {

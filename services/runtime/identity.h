@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,13 @@ dds::Identity identityOf(const config::Deployment& deployment, const std::string
 
 /// "control (pid 12 on robot-pc)".
 std::string describe(const dds::Identity& identity);
+
+/// Line of the log for a request of a client: "request: disable, by tandem-cli (pid 12 on robot-pc)".
+/// @param who  its identity, if it is known: otherwise the end of its number, "client 1f3a"
+std::string requestLine(const std::string& what, std::uint64_t client, const std::optional<dds::Identity>& who);
+
+/// "request refused: REASON, by ...".
+std::string refusalLine(const std::string& reason, std::uint64_t client, const std::optional<dds::Identity>& who);
 
 /// The same of this process, under a name.
 std::string describeThisProcess(const std::string& process);

@@ -5,6 +5,7 @@
 #include <spdlog/sinks/dist_sink.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <stdexcept>
 
@@ -40,12 +41,15 @@ void startLog(const std::string& service, const std::string& level) {
   spdlog::init_thread_pool(kPendingLines, 1);
   // Sinks may be added while lines are written.
   auto sink = std::make_shared<spdlog::sinks::dist_sink_mt>();
-  sink->add_sink(std::make_shared<spdlog::sinks::stderr_color_sink_mt>());
+  auto terminal = std::make_shared<spdlog::sinks::stderr_color_sink_mt>();
+  terminal->set_level(chosen);
+  sink->add_sink(std::move(terminal));
   // A full queue drops its oldest lines and never blocks the logging thread.
   auto logger = std::make_shared<spdlog::async_logger>(service, std::move(sink), spdlog::thread_pool(),
                                                        spdlog::async_overflow_policy::overrun_oldest);
   logger->set_pattern("[%Y-%m-%dT%H:%M:%S.%e] [%n] [%^%l%$] %v");
-  logger->set_level(chosen);
+  // Sinks that are added are for operators, who need all events whatever the terminal shows.
+  logger->set_level(std::min(chosen, spdlog::level::info));
   logger->flush_on(spdlog::level::warn);
   spdlog::set_default_logger(std::move(logger));
 }

@@ -10,7 +10,8 @@ namespace tandem::runtime {
 
 /** Creates the process's logger; afterwards spdlog::info() and the like use it.
  * @param service its name in every line.
- * @param level trace, debug, info, warn, error, critical or off; empty: environment variable TANDEM_LOG, else info.
+ * @param level of stderr: trace, debug, info, warn, error, critical or off; empty: environment variable TANDEM_LOG,
+ * else info. Added sinks get lines from info on, or from this level on if it is lower.
  * @throw std::invalid_argument for an unknown level. */
 void startLog(const std::string& service, const std::string& level = "");
 

@@ -31,10 +31,25 @@ module.exports = ({ robot, me, takeControl, enable, run, shot, open }) => {
       await other.press("#enable");
       await robot().states("ENABLED");
       await logged(/client [0-9a-f]{4}: enable/);
-      // Any client may take power away. Who did it is not always known: a process that has just started may send its
-      // request before the console's reader and its writer have discovered each other.
-      assert.strictEqual(robot().command("disable").status, 0);
+      // Any client may take power away. Each has just started and ends at once: the console's reader may not have discovered it.
+      const disabled = () =>
+        page().$$eval(
+          "#log li",
+          (all) =>
+            all.filter((li) => /(tandem-cli \(pid \d+ on [^)]+\)|client [0-9a-f]{4}): disable$/.test(li.textContent))
+              .length,
+        );
+      const before = await disabled();
+      for (let times = 1; times <= 4; ++times) assert.strictEqual(robot().command("disable").status, 0);
       await logged(/robot: Arm A: ENABLED → DISABLED/);
+      await page().waitForFunction(
+        (wanted) =>
+          [...document.querySelectorAll("#log li")].filter((li) =>
+            /(tandem-cli \(pid \d+ on [^)]+\)|client [0-9a-f]{4}): disable$/.test(li.textContent),
+          ).length >= wanted,
+        before + 4,
+      );
+      assert.strictEqual(await disabled(), before + 4, "a request is missing, or logged twice");
       await other.press("#take");
       await other.page.context().close();
       const times = await page().$$eval("#log time", (all) => all.map((time) => time.dateTime));
@@ -43,6 +58,54 @@ module.exports = ({ robot, me, takeControl, enable, run, shot, open }) => {
         "a time is wrong",
       );
       await shot("console-log");
+    },
+
+    async "the log survives a reload: nothing is missing, twice, or an alarm again that was acknowledged"() {
+      await me().tab("log");
+      robot().command("stop");
+      await logged(/Arm A: stop_requested[^]*Arm B: stop_requested|Arm B: stop_requested[^]*Arm A: stop_requested/);
+      await me().press("#acknowledge");
+      await page().waitForFunction(() => document.querySelector("#alarms").childElementCount === 0);
+      // What the robot has done, and stops of others. Requests of this page have the name of a client after the reload.
+      const lines = () =>
+        page().$$eval("#log li", (all) =>
+          all
+            .map((li) => ({
+              time: Date.parse(li.querySelector("time").dateTime),
+              source: li.querySelector("b")?.textContent ?? "",
+              text: li.querySelector("span:last-of-type").textContent,
+            }))
+            .filter(
+              ({ source, text }) =>
+                (source === "robot: " && !/has control|Control is free/.test(text)) || /^Stop: tandem/.test(text),
+            )
+            .map(({ time, text }) => [time, text])
+            .reverse(),
+        );
+      const before = await lines();
+      assert.ok(before.length >= 5, `only ${before.length} events to compare`);
+      for (const round of [1, 2]) {
+        await me().load();
+        await me().tab("log");
+        await page().waitForFunction((n) => document.querySelectorAll("#log li").length >= n, before.length);
+        const after = (await lines()).filter(([time]) => time >= before[0][0] - 500 && time <= before.at(-1)[0] + 2000);
+        const count = (all) => all.map(([, text]) => text).sort();
+        assert.deepStrictEqual(count(after), count(before), `after reload ${round}`);
+        const drift = Math.max(...after.map(([time], k) => Math.abs(time - before[k][0])));
+        assert.ok(drift < 500, `a time has changed by ${drift} ms`);
+        assert.deepStrictEqual(
+          after.map(([time]) => time),
+          after.map(([time]) => time).sort((a, b) => a - b),
+          "the order of the times",
+        );
+        assert.strictEqual(await page().$eval("#alarms", (list) => list.childElementCount), 0);
+      }
+      const other = await open(); // of somebody who has acknowledged nothing
+      await other.page.waitForFunction(() => document.querySelector("#alarms").childElementCount >= 2);
+      await other.tab("log");
+      await other.text("#log", /Arm A: stop_requested/);
+      await other.page.context().close();
+      await enable();
     },
 
     async "the log is searched, filtered and exported"() {

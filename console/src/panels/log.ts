@@ -103,11 +103,18 @@ export class LogPanel {
     );
   }
   private show(entry: Entry): void {
+    if (entry.past) return; // showPast() follows
     this.messages.prepend(this.row(entry));
     while (this.messages.childElementCount > kNewest) this.messages.lastElementChild!.remove();
     this.announcer.entry(entry);
     this.sound.play(entry.level);
     if (entry.level === "alarm") this.sounded = performance.now();
+  }
+
+  /** The newest lines again, once those of the past are among them. */
+  showPast(): void {
+    const newest = this.log.entries.slice(-kNewest).reverse();
+    this.messages.replaceChildren(...newest.map((entry) => this.row(entry)));
   }
 
   private get filtered(): Entry[] {

@@ -215,10 +215,7 @@ export class Commander {
     });
   }
 
-  /** Receives the replies to all clients. */
-  replied: (reply: Reply) => void = () => {};
   private answered(reply: Reply): void {
-    this.replied(reply);
     const waiting = reply.client === this.client ? this.pending.get(reply.request) : undefined;
     if (!waiting) return;
     clearTimeout(waiting.timer);

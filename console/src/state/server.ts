@@ -17,6 +17,9 @@ interface Comparison {
 /** Compares this page's clock with the server's: the server's answer was written between request and reception. */
 export class ServerClock {
   private comparisons: Comparison[] = [];
+  private compared: () => void = () => {};
+  /** Kept once the clocks have been compared. */
+  readonly known = new Promise<void>((resolve) => (this.compared = resolve));
 
   /** Compares periodically, for ever. */
   start(): void {
@@ -40,6 +43,7 @@ export class ServerClock {
       (c) => answered - c.at < kValid && c.least <= found.most && found.least <= c.most,
     );
     this.comparisons = [...kept, found];
+    this.compared();
   }
   /** Time of this page, ms since 1970, at which the server's clock showed `time`; now, while the clocks are not compared. */
   when(time: number): number {

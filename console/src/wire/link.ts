@@ -5,6 +5,7 @@ import { MessageReader, MessageWriter } from "@foxglove/rosmsg2-serialization";
 
 import { advertiseText, kSubprotocols, parseBinary, parseText, publishFrame, subscribeText } from "./protocol";
 import type { ServerChannel } from "./protocol";
+import type { Sample } from "./samples";
 
 export type LinkState = "connecting" | "open" | "closed";
 
@@ -116,6 +117,11 @@ export class Link implements Source {
     const slot = new Slot(topic, listener, rate, (why) => this.events.status(2, why));
     this.slots.set(topic, slot);
     return slot;
+  }
+  /** A sample that came otherwise, decoded; null if its channel is not subscribed to. */
+  decode({ channel, payload }: Sample): { topic: string; message: unknown } | null {
+    const slot = [...this.slots.values()].find((one) => one.channel === channel);
+    return slot?.reader ? { topic: slot.topic, message: slot.reader.readMessage(payload) } : null;
   }
   /** Of a subscribed topic. */
   slot = (topic: string): Slot | undefined => this.slots.get(topic);

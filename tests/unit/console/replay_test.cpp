@@ -208,6 +208,27 @@ TEST_F(RecordingsOfThePage, AnyDamageIsReportedOrRefusedAndNeverMore) {
   }
 }
 
+TEST_F(RecordingsOfThePage, AFileThatGrowsIsShownAsItWasWhenItWasOpened) {
+  const fs::path file = write("whole.mcap", ownInfo());
+  std::ifstream stream(file, std::ios::binary);
+  const std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  const auto save = [&](double share) {
+    std::ofstream(folder_ / "grows.mcap", std::ios::binary)
+        << bytes.substr(0, static_cast<std::size_t>(share * static_cast<double>(bytes.size())));
+    return replay_.describe("file=grows.mcap")["messages"].get<int>();
+  };
+  const int early = save(0.5);
+  std::uint64_t reached = 0;
+  const auto ask = [&] {
+    return samples("grows.mcap", 1e-6 * kRecorded, 1e-6 * kRecorded + kSamples, 1.0, &reached).size();
+  };
+  const std::size_t shown = ask();
+  std::ofstream(folder_ / "grows.mcap", std::ios::binary) << bytes;
+  EXPECT_EQ(ask(), shown);
+  EXPECT_GT(replay_.describe("file=grows.mcap")["messages"].get<int>(), early);
+  EXPECT_GT(ask(), shown);
+}
+
 TEST_F(RecordingsOfThePage, AFileThatNeedsMoreMemoryIsRefused) {
   const fs::path file = write("run.mcap", ownInfo());
   EXPECT_THROW(recording::Reader(file, recording::Reader::Open::kFast, 1000), recording::Error);

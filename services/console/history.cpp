@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/console/history.h"
+
+#include <algorithm>
+#include <set>
+
+#include "services/console/replay.h"
+#include "services/dds/raw.h"
+#include "services/runtime/diagnostics.h"
+
+namespace tandem::console {
+namespace {
+
+constexpr std::uint64_t kAgain = 1'000'000'000;  // ns within which a stop is a repetition
+constexpr std::size_t kMostClients = 100;
+
+bool saysAnEnd(std::string_view bytes) {
+  const auto diagnostics = dds::decode<dds::DiagnosticArray>(bytes);
+  return diagnostics && std::any_of(diagnostics->status.begin(), diagnostics->status.end(),
+                                    [](const auto& status) { return status.message.starts_with(runtime::kEnded); });
+}
+
+}  // namespace
+
+bool History::concerns(const dds::TopicInfo& topic) {
+  static const std::set<std::string> names{"control/status", "hal/status", "planning/summary", "stop",
+                                           "identity",       "/rosout",    "diagnostics"};
+  return names.contains(topic.name);
+}
+
+bool History::isEvent(std::uint32_t channel,
+                      const dds::TopicInfo& topic,
+                      const HubSample& sample,
+                      const SampleFeatures& features) {
+  if (topic.type == dds::ControlStatus::kType || topic.type == dds::HalStatus::kType) {
+    const auto [last, first] = states_.try_emplace(channel, features.events);
+    return first || std::exchange(last->second, features.events) != features.events;
+  }
+  if (topic.type == dds::DiagnosticArray::kType)
+    return saysAnEnd(*sample.bytes);
+  if (topic.type != dds::Stop::kType)
+    return true;
+  const auto stop = dds::decode<dds::Stop>(*sample.bytes);
+  if (!stop)
+    return false;
+  if (stops_.size() > kMostClients)
+    stops_.clear();
+  const auto [last, first] = stops_.try_emplace(stop->client, sample.time);
+  return first || sample.time - std::exchange(last->second, sample.time) > kAgain;
+}
+
+void History::take(std::uint32_t channel,
+                   const dds::TopicInfo& topic,
+                   const HubSample& sample,
+                   const SampleFeatures& features) {
+  const std::lock_guard lock(mutex_);
+  if (!isEvent(channel, topic, sample, features))
+    return;
+  kept_.push_back({channel, sample});
+  for (bytes_ += sample.bytes->size(); kept_.size() > kMost || bytes_ > kBytes; kept_.pop_front())
+    bytes_ -= kept_.front().sample.bytes->size();
+}
+
+std::string History::packed(std::uint64_t now) const {
+  std::string answer = beginSamples(now);
+  const std::lock_guard lock(mutex_);
+  for (const Kept& kept : kept_)
+    appendSample(answer, kept.channel, kept.sample.time, *kept.sample.bytes);
+  return answer;
+}
+
+}  // namespace tandem::console

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file The last samples in which something has happened, for pages that are opened later. No sockets here. */
+#pragma once
+
+#include <cstddef>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <string>
+#include <string_view>
+
+#include "services/console/decimation.h"
+#include "services/dds/topics.h"
+
+namespace tandem::console {
+
+/** Keeps samples of the topics with events, as DDS delivers them. Any thread. */
+class History {
+ public:
+  static constexpr std::size_t kMost = 2000;        ///< samples
+  static constexpr std::size_t kBytes = 4'000'000;  ///< of their payloads
+
+  /// Whether the topic has events: states, faults, stops, ends of runs and processes, lines of logs, identities.
+  static bool concerns(const dds::TopicInfo& topic);
+
+  /// Keeps the sample if it has an event: not the same state again, not a repetition of a stop within a second.
+  /// @param features  of the sample
+  void take(std::uint32_t channel,
+            const dds::TopicInfo& topic,
+            const HubSample& sample,
+            const SampleFeatures& features);
+
+  /// All kept samples in the order of their reception, packed as those of a recording (replay.h). @param now  ns
+  std::string packed(std::uint64_t now) const;
+
+ private:
+  struct Kept {
+    std::uint32_t channel;
+    HubSample sample;
+  };
+
+  bool isEvent(std::uint32_t channel,
+               const dds::TopicInfo& topic,
+               const HubSample& sample,
+               const SampleFeatures& features);
+
+  mutable std::mutex mutex_;
+  std::deque<Kept> kept_;
+  std::size_t bytes_ = 0;
+  std::map<std::uint32_t, std::uint64_t> states_;  ///< events of the last sample by channel
+  std::map<std::uint64_t, std::uint64_t> stops_;   ///< time of the last stop by client
+};
+
+}  // namespace tandem::console
