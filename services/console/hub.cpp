@@ -31,7 +31,11 @@ void Client::send(FrameKind kind, std::string frame) {
     wake_();
 }
 
-void Client::sendText(std::string text) { send(FrameKind::kText, std::move(text)); }
+void Client::sendText(std::string text) {
+  if (!session_.empty() && text.starts_with('{'))
+    text.insert(1, "\"sessionId\":\"" + session_ + "\",");
+  send(FrameKind::kText, std::move(text));
+}
 
 void Client::sendBinary(std::string frame) { send(FrameKind::kBinary, std::move(frame)); }
 
@@ -39,7 +43,8 @@ void Client::note(StatusLevel level, const std::string& message, const std::stri
   sendText(statusNote(level, message, id));
 }
 
-Hub::Hub(dds::Bus& bytes, const std::vector<std::string>& arms, const std::string& session) : bytes_(bytes) {
+Hub::Hub(dds::Bus& bytes, const std::vector<std::string>& arms, const std::string& session)
+    : bytes_(bytes), session_(session) {
   const std::string& prefix = bytes.options().prefix;
   std::vector<Channel> channels;
   std::vector<HubChannel> of_requests;
@@ -136,7 +141,8 @@ void Hub::look() {
 
 void Hub::join(const std::shared_ptr<Client>& client) {
   clients_.push_back(client);
-  client->sendText(hello_);
+  client->sendText(hello_);  // has it
+  client->session_ = session_;
   client->sendText(advertisement_);
   if (client->role() == dds::Role::kConsoleOperator)
     client->sendText(serviceAdvertisement(requests_->services()));

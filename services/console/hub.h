@@ -33,7 +33,7 @@ class Client {
 
   dds::Role role() const { return role_; }
   ClientQueue& queue() { return queue_; }
-  /// Adds a text frame.
+  /// Adds a text frame, a JSON object: with the member `sessionId`, by which the page knows messages of another server.
   void sendText(std::string text);
   /// Adds a binary frame that is no sample.
   void sendBinary(std::string frame);
@@ -47,6 +47,7 @@ class Client {
   dds::Role role_;
   double rate_;
   std::function<void()> wake_;
+  std::string session_;  ///< of the server, as text; part of each text frame once it is set
   ClientQueue queue_;
   std::map<std::uint32_t, std::uint32_t> channels_;       ///< channel by subscription
   std::map<std::uint32_t, std::uint32_t> subscriptions_;  ///< subscription by channel
@@ -129,6 +130,7 @@ class Hub {
   std::unique_ptr<RobotRequests> requests_;   // before the readers, whose callbacks use both
   std::vector<std::unique_ptr<Line>> lines_;  ///< by channel
   std::vector<std::shared_ptr<Client>> clients_;
+  const std::string session_;
   std::string hello_, advertisement_;
   std::set<std::shared_ptr<Client>> graph_watchers_;
   ConnectionGraph graph_;  ///< as they know it

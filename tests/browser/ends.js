@@ -4,12 +4,55 @@
 const assert = require("node:assert");
 const { spawn } = require("node:child_process");
 const path = require("node:path");
-const { monotonic } = require("./harness.js");
+const { FrameLink, monotonic } = require("./harness.js");
 
-module.exports = ({ robot, me, server, setting, enable, run, shot }) => {
+module.exports = ({ robot, me, server, setting, enable, run, shot, open, takeControl }) => {
   const page = () => me().page;
 
   return {
+    async "a message of another system is not used, wherever it is inserted"() {
+      // What another system would send: the same robot, in another state, on a connection of its own.
+      const theirs = new FrameLink(server);
+      const link = new FrameLink(server);
+      const [there, here] = [await open(await theirs.start()), await open(await link.start())];
+      try {
+        await enable();
+        await there.page.waitForSelector('.arm[data-state="ENABLED"]');
+        theirs.frames.length = 0;
+        const seen = monotonic();
+        await robot().until("publish further states", (s) => s.stamps_ns.status / 1e6 > seen + 1000);
+        const enabled = theirs.frames.filter((frame) => frame[0] === 0x82);
+        assert.ok(enabled.length > 20, `${enabled.length} messages of the other system`);
+        const text = JSON.stringify({ op: "status", level: 2, message: "another system speaks" });
+        const status = Buffer.from([0x81, text.length, ...Buffer.from(text)]);
+        await takeControl();
+        await me().press("#disable");
+        await robot().states("DISABLED");
+        await here.page.waitForSelector('.arm[data-state="DISABLED"]');
+        await here.page.evaluate(() => {
+          window.states = new Set();
+          const look = () => document.querySelectorAll(".arm").forEach((arm) => window.states.add(arm.dataset.state));
+          new MutationObserver(look).observe(document.querySelector(".arms"), { subtree: true, attributes: true });
+        });
+        for (const inserted of [enabled, [status]]) {
+          const connections = link.clients.length;
+          link.insert(inserted);
+          await here.text(".messages", /The link is down: a message of another system came/);
+          const back = monotonic() + 60_000;
+          while (link.clients.length === connections && monotonic() < back)
+            await new Promise((again) => setTimeout(again, 50));
+          await here.state("#link", "live");
+        }
+        const states = await here.page.evaluate(() => [...window.states]);
+        assert.ok(!states.includes("ENABLED"), `the page has shown ${states}`);
+        assert.doesNotMatch(await here.page.textContent(".messages"), /another system speaks/);
+        await here.text(".messages", /The link is down[^]*The link is down/); // for both
+      } finally {
+        for (const one of [there, here]) await one.page.context().close();
+        for (const one of [theirs, link]) one.close();
+      }
+    },
+
     async "a server that ends says so last, and why; nothing moves when it is back"() {
       await run();
       const ended = /tandem-console ended: SIGTERM \(another process asked for it/;

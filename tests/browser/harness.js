@@ -80,6 +80,55 @@ class SlowLink {
   }
 }
 
+/** A proxy in front of the server that keeps the WebSocket frames which the server sends, and inserts others between them. */
+class FrameLink extends SlowLink {
+  constructor(server) {
+    super(server);
+    /** Frames of the server, whole, with their headers. */
+    this.frames = [];
+    this.clients = [];
+    this.listener.removeAllListeners("connection");
+    this.listener.on("connection", (client) => {
+      const upstream = net.connect(server.setting.port, "127.0.0.1");
+      let bytes = Buffer.alloc(0);
+      let upgraded = false;
+      upstream.on("data", (chunk) => {
+        bytes = Buffer.concat([bytes, chunk]);
+        if (!upgraded) {
+          const end = bytes.indexOf("\r\n\r\n");
+          upgraded = end >= 0 && bytes.toString("latin1", 0, 12) === "HTTP/1.1 101";
+          const head = upgraded ? end + 4 : bytes.length;
+          client.write(bytes.subarray(0, head));
+          bytes = bytes.subarray(head);
+          if (upgraded) this.clients.push(client);
+        }
+        for (let size = frameSize(bytes); upgraded && size > 0 && size <= bytes.length; size = frameSize(bytes)) {
+          this.frames.push(Buffer.from(bytes.subarray(0, size)));
+          client.write(bytes.subarray(0, size));
+          bytes = bytes.subarray(size);
+        }
+      });
+      client.on("data", (chunk) => upstream.write(chunk));
+      for (const [one, other] of [
+        [client, upstream],
+        [upstream, client],
+      ])
+        for (const end of ["close", "error"]) one.on(end, () => other.destroy());
+    });
+  }
+  /** Sends frames to the page of the newest connection, as if they were of its server. */
+  insert(frames) {
+    for (const frame of frames) this.clients.at(-1).write(frame);
+  }
+}
+/** Bytes of the first frame of a server (RFC 6455: not masked); 0 while its header is not complete. */
+function frameSize(bytes) {
+  if (bytes.length < 4) return bytes.length >= 2 && bytes[1] < 126 ? 2 + bytes[1] : 0;
+  if (bytes[1] < 126) return 2 + bytes[1];
+  if (bytes[1] === 126) return 4 + bytes.readUInt16BE(2);
+  return bytes.length < 10 ? 0 : 10 + Number(bytes.readBigUInt64BE(2));
+}
+
 /** The robot according to `tandem status --follow`, independently of the page. */
 class Robot {
   constructor({ bin, deployment }) {
@@ -302,4 +351,4 @@ class Operator {
 
 const differing = (a, b) => a.grey.reduce((count, value, k) => count + (Math.abs(value - b.grey[k]) > 60 ? 1 : 0), 0);
 
-module.exports = { Operator, Robot, Server, SlowLink, differing, kChromium, kTimeout, monotonic, serve };
+module.exports = { FrameLink, Operator, Robot, Server, SlowLink, differing, kChromium, kTimeout, monotonic, serve };

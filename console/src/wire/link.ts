@@ -90,6 +90,8 @@ const kGiveUp = 4000; // ms to connect; with a stopped server the handshake does
 const kLook = 500; // ms
 const kSilentLooks = 10;
 
+const randomNumber = (): number => crypto.getRandomValues(new Uint32Array(1))[0]!;
+
 export class Link implements Source {
   state: LinkState = "connecting";
   /** Why the last connection ended; empty while there is one. */
@@ -170,8 +172,7 @@ export class Link implements Source {
     };
     socket.onmessage = (event) => {
       if (this.socket !== socket) return;
-      const server = this.received(event.data as string | ArrayBuffer);
-      if (server !== this.session) abandon("another server answers");
+      if (!this.received(event.data as string | ArrayBuffer)) abandon("a message of another system came");
     };
     socket.onclose = (event) =>
       closed(event.reason || (opened ? "connection to the server closed" : "the server does not answer"));
@@ -222,21 +223,23 @@ export class Link implements Source {
     this.events.state(state, reason);
   }
 
-  /** @returns session of the server */
-  private received(data: string | ArrayBuffer): string {
-    this.receivedAt = performance.now();
+  /** @returns whether it is of the server and the connection of this link; what is not is not used */
+  private received(data: string | ArrayBuffer): boolean {
     if (typeof data !== "string") {
       const message = parseBinary(data);
-      if (message)
-        this.bySubscription
-          .get(message.subscription)
-          ?.put(message.payload, this.receivedAt, 1e-6 * Number(message.logTime));
-      return this.session;
+      if (!message) return true; // of another kind
+      const slot = this.bySubscription.get(message.subscription);
+      if (!slot) return false;
+      this.receivedAt = performance.now();
+      slot.put(message.payload, this.receivedAt, 1e-6 * Number(message.logTime));
+      return true;
     }
     const text = parseText(data);
+    if (text?.sessionId !== this.session) return false;
+    this.receivedAt = performance.now();
     if (text?.op === "advertise") text.channels.forEach((channel) => this.take(channel));
     if (text?.op === "status") this.events.status(text.level, text.message);
-    return text?.op === "serverInfo" ? (text.sessionId ?? "") : this.session;
+    return true;
   }
 
   private take(channel: ServerChannel): void {
@@ -248,7 +251,8 @@ export class Link implements Source {
     }
     slot.reader = new MessageReader(parse(channel.schema, { ros2: true }));
     slot.channel = channel.id;
-    const id = this.nextId++;
+    // Samples carry nothing else of this connection: numbers that no other one has tell them from those of another system.
+    const id = randomNumber();
     this.bySubscription.set(id, slot);
     this.socket?.send(subscribeText(id, channel.id, slot.rate));
   }

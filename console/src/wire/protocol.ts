@@ -12,13 +12,14 @@ export interface ServerChannel {
   schemaEncoding?: string;
 }
 
-/** Text messages of the server; others are ignored. */
-export type ServerText =
-  | { op: "serverInfo"; name: string; capabilities: string[]; sessionId?: string }
+/** Text messages of the server; others are ignored. Each has the session of the server: new at every start. */
+export type ServerText = { sessionId?: string } & (
+  | { op: "serverInfo"; name: string; capabilities: string[] }
   | { op: "advertise"; channels: ServerChannel[] }
   | { op: "unadvertise"; channelIds: number[] }
   | { op: "status"; level: number; message: string; id?: string }
-  | { op: "removeStatus"; statusIds: string[] };
+  | { op: "removeStatus"; statusIds: string[] }
+);
 
 export interface MessageData {
   subscription: number;
