@@ -70,6 +70,12 @@ std::string findArms(planning::TrajectorySpec& trajectory, const Robot& robot) {
   std::string wrong = resolve(trajectory.arm, trajectory.arm_name);
   if (wrong.empty() && trajectory.hasRelative())
     wrong = resolve(trajectory.other_arm, trajectory.other_arm_name);
+  for (planning::FurtherTask& task : trajectory.further) {
+    if (wrong.empty())
+      wrong = resolve(task.arm, task.arm_name);
+    if (wrong.empty() && task.relative())
+      wrong = resolve(task.other_arm, task.other_arm_name);
+  }
   return wrong.empty() ? trajectory.wrongArms(static_cast<int>(names.size())) : wrong;
 }
 

@@ -96,7 +96,8 @@ Summary summarize(const planning::TrajectorySpec& spec) {
               count(static_cast<std::size_t>(spec.point_count), "point", "points") +
               (spec.hasRelative() ? ", relative position to arm " + nameOrLetter(spec.other_arm_name, spec.other_arm) +
                                         " " + (spec.relative.empty() ? "held" : "moved")
-                                  : ""),
+                                  : "") +
+              (spec.further.empty() ? "" : ", " + count(spec.further.size(), "further task", "further tasks")),
           {}};
 }
 

@@ -167,34 +167,6 @@ std::vector<Eigen::Vector3d> readPoints(const std::filesystem::path& file) {
   return points;
 }
 
-namespace {
-
-/// `tasks`, of which `arm` and `other_arm` are the short form.
-void readTasks(const Map& map, planning::TrajectorySpec& spec) {
-  if (!map.has("tasks"))
-    return;
-  for (const char* key : {"arm", "other_arm"}) {
-    if (map.has(key))
-      map.fail(key, "found both tasks and " + std::string(key) + ", which is a short form of it; expected one of them");
-  }
-  const std::vector<Map> tasks = map.maps("tasks");
-  const bool pair = tasks.size() == 2 && tasks.front().has("relative");
-  if (!tasks.back().has("tip") || (tasks.size() == 2 && !pair))
-    map.fail("tasks", "found other tasks, expected `tip` alone, or `relative` and then `tip`, by priority");
-  spec.arm_name = tasks.back().read<TrajectoryTask>().tip;
-  spec.other_arm_name.clear();
-  if (pair) {
-    const auto relative = tasks.front().read<TrajectoryTask>().relative;
-    if (relative[0] != spec.arm_name)
-      tasks.front().fail("relative", "found another arm first than that of `tip`, expected the same", 0);
-    spec.other_arm_name = relative[1];
-  } else if (map.has("relative")) {
-    map.fail("relative", "found without a task `relative: [a, b]`, expected such a task, or no such key");
-  }
-}
-
-}  // namespace
-
 planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::path& folder) {
   auto spec = map.read<planning::TrajectorySpec>();
   readTasks(map, spec);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <yaml-cpp/yaml.h>
 
+#include <cmath>
+
 #include "config/arm_names.h"
 #include "config/config.h"
 #include "config/detail/exact.h"
@@ -59,10 +61,70 @@ struct ShapeWriter {
   void open(const char* name) const { out << YAML::Key << name << YAML::Value << YAML::BeginMap; }
 };
 
+const char* headingName(planning::Heading heading) {
+  switch (heading) {
+    case planning::Heading::kTangent:
+      return "tangent";
+    case planning::Heading::kWaypoints:
+      return "waypoints";
+    default:
+      return "start";
+  }
+}
+
 void putShape(YAML::Emitter& out, const char* key, const planning::Shape& shape) {
   out << YAML::Key << key << YAML::Value << YAML::BeginMap;
   std::visit(ShapeWriter{out}, shape);
   out << YAML::EndMap << YAML::EndMap;
+}
+
+void putFurther(YAML::Emitter& out, const planning::FurtherTask& task) {
+  const std::string arm = nameOrLetter(task.arm_name, task.arm);
+  out << YAML::BeginMap << YAML::Key << std::string(kinematics::findTaskKind(task.kind)->name) << YAML::Value
+      << YAML::BeginMap;
+  if (task.relative())
+    out << YAML::Key << "arms" << YAML::Value << YAML::Flow
+        << std::vector{arm, nameOrLetter(task.other_arm_name, task.other_arm)};
+  else
+    out << YAML::Key << "arm" << YAML::Value << arm;
+  if (task.kind == planning::TaskKind::kLookAt)
+    put(out, "target_m", task.target);
+  else
+    out << YAML::Key << "desired" << YAML::Value << headingName(task.heading);
+  if (!task.waypoints.empty()) {
+    out << YAML::Key << "waypoints" << YAML::Value << YAML::BeginSeq;
+    for (const planning::HeadingWaypoint& waypoint : task.waypoints) {
+      out << YAML::BeginMap;
+      put(out, "at", waypoint.at);
+      put(out, "rotation_rad", waypoint.rotation);
+      out << YAML::EndMap;
+    }
+    out << YAML::EndSeq;
+  }
+  if (std::isfinite(task.tolerance))
+    put(out, "tolerance_rad", task.tolerance);
+  out << YAML::EndMap << YAML::EndMap;
+}
+
+/// In the order of their priorities.
+void putTasks(YAML::Emitter& out, const planning::TrajectorySpec& spec) {
+  const std::string arm = nameOrLetter(spec.arm_name, spec.arm);
+  std::size_t next = 0;
+  int place = 0;
+  const auto putFurtherHere = [&] {
+    for (; next < spec.further.size() && spec.further[next].priority <= place; ++next, ++place)
+      putFurther(out, spec.further[next]);
+  };
+  putFurtherHere();
+  if (spec.hasRelative()) {
+    out << YAML::Flow << YAML::BeginMap << YAML::Key << "relative" << YAML::Value << YAML::Flow
+        << std::vector{arm, nameOrLetter(spec.other_arm_name, spec.other_arm)} << YAML::EndMap;
+    ++place;
+    putFurtherHere();
+  }
+  out << YAML::Flow << YAML::BeginMap << YAML::Key << "tip" << YAML::Value << arm << YAML::EndMap;
+  ++place;
+  putFurtherHere();
 }
 
 }  // namespace
@@ -73,12 +135,8 @@ std::string formatTrajectory(const planning::TrajectorySpec& spec) {
   // Quoted: a name may look like a number.
   out << YAML::Key << "name" << YAML::Value << YAML::DoubleQuoted << spec.name;
   out << YAML::Key << "tasks" << YAML::Value << YAML::BeginSeq;
-  const std::string arm = nameOrLetter(spec.arm_name, spec.arm),
-                    other_arm = nameOrLetter(spec.other_arm_name, spec.other_arm);
-  if (spec.hasRelative())
-    out << YAML::Flow << YAML::BeginMap << YAML::Key << "relative" << YAML::Value << YAML::Flow
-        << std::vector{arm, other_arm} << YAML::EndMap;
-  out << YAML::Flow << YAML::BeginMap << YAML::Key << "tip" << YAML::Value << arm << YAML::EndMap << YAML::EndSeq;
+  putTasks(out, spec);
+  out << YAML::EndSeq;
   putShape(out, "shape", spec.shape);
   if (!spec.relative.empty())
     putShape(out, "relative", spec.relative.front());

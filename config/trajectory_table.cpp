@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <numbers>
+
 #include "config/detail/bind.h"
 #include "config/detail/loaders.h"
 #include "config/file_tables.h"
@@ -108,17 +110,100 @@ Field armField(const std::string& key, const std::string& description, Value Own
       .orInteger();
 }
 
-const Mapping kTaskTable{"task",
-                         "Exactly one of these.",
-                         {
-                             armField("tip", "the tip that follows the shape", &TrajectoryTask::tip),
-                             armField("relative",
-                                      "the position of the first tip relative to the second, see the key `relative`",
-                                      &TrajectoryTask::relative)
-                                 .list(2, 2)
-                                 .unique(),
-                         },
-                         true};
+using Further = TrajectoryFurther;
+
+const Mapping kHeadingWaypointTable{
+    "heading_waypoint",
+    "Rotation from the orientation at the start.",
+    {
+        number("at", kNone, "fraction of the path, by points", &planning::HeadingWaypoint::at).required().within(0, 1),
+        number(
+            "rotation",
+            kAngle,
+            "rotation vector [x, y, z] from the start, in the robot base frame; of a relative orientation in the frame "
+            "of the second tip",
+            &planning::HeadingWaypoint::rotation)
+            .required()
+            .vector3()
+            .within(-std::numbers::pi, std::numbers::pi),
+    }};
+
+Field waypointsField() {
+  return mapping("waypoints", kHeadingWaypointTable,
+                 "of `desired: waypoints`, in ascending order, with slerp between them", &Further::waypoints)
+      .list(1, 1000)
+      .defaultNote("none");
+}
+
+Field toleranceField() {
+  return number("tolerance", kAngle, "a point is reached only when the angular error is below it too",
+                &Further::tolerance)
+      .above(0)
+      .orUnlimited();
+}
+
+const Mapping kHeadingTable{"heading",
+                            "Desired axis or orientation of one tip.",
+                            {
+                                armField("arm", "whose tip", &Further::arm).required(),
+                                text("desired",
+                                     "start: kept as at the start; tangent: the tip's z axis along the path; "
+                                     "waypoints: by rotations from the start",
+                                     {{"start", planning::Heading::kStart},
+                                      {"tangent", planning::Heading::kTangent},
+                                      {"waypoints", planning::Heading::kWaypoints}},
+                                     &Further::desired),
+                                waypointsField(),
+                                toleranceField(),
+                            }};
+
+const Mapping kRelativeHeadingTable{
+    "relative_heading",
+    "Desired orientation of the first tip in the frame of the second one.",
+    {
+        armField("arms", "the two tips", &Further::arms).list(2, 2).unique().required(),
+        text("desired",
+             "start: kept as at the start; waypoints: by rotations from the start",
+             {{"start", planning::Heading::kStart}, {"waypoints", planning::Heading::kWaypoints}},
+             &Further::desired),
+        waypointsField(),
+        toleranceField(),
+    }};
+
+const Mapping kLookAtTable{
+    "look_at",
+    "A tip whose z axis points at a target.",
+    {
+        armField("arm", "whose tip", &Further::arm).required(),
+        number("target", kLength, "[x, y, z] in the robot base frame", &Further::target).required().vector3(),
+        toleranceField(),
+    }};
+
+const Mapping kTaskTable{
+    "task",
+    "Exactly one of these.",
+    {
+        armField("tip", "the tip that follows the shape", &TrajectoryTask::tip),
+        armField("relative",
+                 "the position of the first tip relative to the second, see the key `relative`",
+                 &TrajectoryTask::relative)
+            .list(2, 2)
+            .unique(),
+        mapping("axis", kHeadingTable, "the z axis of a tip: two degrees of freedom", &TrajectoryTask::axis),
+        mapping("orientation",
+                kHeadingTable,
+                "the orientation of a tip: three degrees of freedom",
+                &TrajectoryTask::orientation),
+        mapping("relative_orientation",
+                kRelativeHeadingTable,
+                "the orientation of one tip relative to another: three degrees of freedom",
+                &TrajectoryTask::relative_orientation),
+        mapping("look_at",
+                kLookAtTable,
+                "the z axis of a tip points at a target: two degrees of freedom",
+                &TrajectoryTask::look_at),
+    },
+    true};
 
 }  // namespace
 
@@ -127,8 +212,9 @@ std::vector<Field> trajectoryFields() {
   return {
       text("name", "name of the trajectory", &Spec::name).required(),
       mapping("tasks", kTaskTable,
-              "what is tracked, highest priority first: `- tip: a` alone, or `- relative: [a, b]` and then `- tip: a`")
-          .list(1, 2)
+              "what is tracked, highest priority first: `- tip: a`, before it where wanted `- relative: [a, b]`, and "
+              "axes and orientations at any place")
+          .list(1, planning::kMaxTasks)
           .defaultNote("the relative position of arm and other_arm, then the tip of arm"),
       armField("arm", "short form of tasks: the arm whose tip follows the shape", &Spec::arm_name).defaultsTo("a"),
       armField("other_arm", "short form of tasks: its partner in the relative position", &Spec::other_arm_name)

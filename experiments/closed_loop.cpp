@@ -19,9 +19,9 @@ class Controller {
   planning::TrajectoryPoint see(const SimulatedRobot& plant, const planning::TrajectorySpec& spec) {
     if (!tracker_.computeTips(plant.position(), track_))
       refuse();
-    return planning::pointAt(spec, [&](int k) -> Eigen::Vector3d {
-      const auto i = static_cast<std::size_t>(k);
-      return sensor() ? plant.measuredTips().arm[i].position : track_.tip[i].pose.translation();
+    return planning::pointAt(spec, [&](int k) {
+      const Eigen::Isometry3d& pose = track_.tip[static_cast<std::size_t>(k)].pose;
+      return planning::measuredPose(pose, sensor() ? &plant.measuredTips() : nullptr, k);
     });
   }
 
@@ -133,11 +133,11 @@ planning::Progress runLoop(const config::Robot& robot,
   planning::Follower follower(options.control_period);
   planning::TrajectoryPoint at = controller.see(plant, plan.trajectory);
   if (plan.points.empty())
-    follower.start(plan.trajectory, at.tip, at.relative, plan.postures);
+    follower.start(plan.trajectory, at, plan.postures);
   else
-    follower.startAt(plan.trajectory, at.tip, at.relative, plan.points, plan.postures);
+    follower.startAt(plan.trajectory, at, plan.points, plan.postures);
   StepData data;
-  while (follower.update(at.tip, at.relative, data.reference)) {
+  while (follower.update(at, data.reference)) {
     const std::uint64_t actions = plant.gateActions();
     const bool moving = controller.step(plant, data.reference);
     const control::Solution& solution = controller.solution();
@@ -146,9 +146,11 @@ planning::Progress runLoop(const config::Robot& robot,
     data.iteration = follower.progress().iteration;
     data.position = plant.position();
     data.setpoint = plant.setpoint();
-    for (int k = 0; k < model.armCount(); ++k)
+    for (int k = 0; k < model.armCount(); ++k) {
       data.tip[static_cast<std::size_t>(k)] = plant.tips().pose(k).translation();
-    data.scale = {solution.scale[0], solution.scale[1]};
+      data.orientation[static_cast<std::size_t>(k)] = plant.tips().pose(k).linear();
+    }
+    data.scale = solution.scale;
     data.solver_iterations = static_cast<std::uint32_t>(solution.iterations);
     data.active_limits = static_cast<std::uint32_t>(solution.active_count);
     data.gate_actions = plant.gateActions() - actions;

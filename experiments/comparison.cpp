@@ -2,8 +2,10 @@
 #include "experiments/comparison.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 
+#include "config/arm_names.h"
 #include "experiments/detail/format.h"
 
 namespace tandem::experiments {
@@ -66,6 +68,19 @@ std::string formatSnaps(std::span<const RunSummary> runs) {
     if (run.snaps.count > 0)
       text += format("%s: the plant snapped %u times, released energy %.3g mJ, longest way of a tip %.2f mm\n",
                      run.key.name().c_str(), run.snaps.count, 1e3 * run.snaps.energy, 1e3 * run.snaps.distance);
+  }
+  return text;
+}
+
+std::string formatFurther(std::span<const RunSummary> runs, const config::Robot& robot) {
+  constexpr double kDegrees = 180.0 / M_PI;
+  const std::vector<std::string> arms = config::shortArmNames(robot);
+  std::string text;
+  for (const RunSummary& run : runs) {
+    for (const FurtherErrors& further : run.further)
+      text += format("%s: %s: mean %.3f, RMS %.3f, maximum %.3f deg\n", run.key.name().c_str(),
+                     describe(further.task, arms).c_str(), kDegrees * further.errors.mean,
+                     kDegrees * further.errors.rms, kDegrees * further.errors.max);
   }
   return text;
 }

@@ -34,6 +34,9 @@ std::vector<ComparisonRow> compare(std::span<const RunSummary> runs, std::span<c
 /// @param gate  false: runs without a gate: marked "off", with the largest excess
 std::string formatTable(std::span<const ComparisonRow> rows, bool by_configuration = false, bool gate = true);
 
+/// A line for each further task of each run, deg.
+std::string formatFurther(std::span<const RunSummary> runs, const config::Robot& robot);
+
 /// A line for each run in which an arm of the plant snapped: how often, released energy, longest way of a tip.
 std::string formatSnaps(std::span<const RunSummary> runs);
 

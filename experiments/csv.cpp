@@ -60,9 +60,35 @@ CsvRow parseRow(int line, const std::string& text, const config::CsvLayout& layo
 /// Without the byte order mark that spreadsheets write.
 std::string withoutMark(const std::string& line) { return line.starts_with("\xEF\xBB\xBF") ? line.substr(3) : line; }
 
-/// The tip that follows the shape: the last task of the reference.
+/// The tip that follows the shape.
 const planning::TaskReference& tipTask(const Row& row) {
-  return row.data.reference.tasks[static_cast<std::size_t>(row.data.reference.task_count - 1)];
+  static const planning::TaskReference none;
+  const planning::TaskReference* task = taskOf(row.data.reference, planning::TaskKind::kTipPosition);
+  return task == nullptr ? none : *task;
+}
+
+/// Scale of the task of a kind; 1 without one.
+double scaleOf(const Row& row, planning::TaskKind kind) {
+  const planning::TaskReference* task = taskOf(row.data.reference, kind);
+  return task == nullptr ? 1.0 : row.data.scale[static_cast<std::size_t>(task - row.data.reference.tasks.data())];
+}
+
+/// "err_axis_a", of each further task; the number of tasks before them in the reference.
+std::vector<std::pair<std::string, std::size_t>> furtherColumns(const RunRecord& record,
+                                                                const std::vector<std::string>& arms) {
+  std::vector<std::pair<std::string, std::size_t>> columns;
+  const planning::Reference none, &reference = record.rows().empty() ? none : record.rows().back().data.reference;
+  for (std::size_t t = 0; t < static_cast<std::size_t>(reference.task_count); ++t) {
+    const planning::TaskReference& task = reference.tasks[t];
+    if (!isFurther(task.kind))
+      continue;
+    const kinematics::TaskKindEntry& kind = *kinematics::findTaskKind(task.kind);
+    std::string name = "err_" + std::string(kind.name) + '_' + arms[static_cast<std::size_t>(task.arm)];
+    if (kind.relative())
+      name += '_' + arms[static_cast<std::size_t>(task.other_arm)];
+    columns.emplace_back(name, t);
+  }
+  return columns;
 }
 
 /// The part of a joint's name in tables that stands for its arm and number: "a1", "left_1".
@@ -134,16 +160,20 @@ void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& r
   out << ",target_x,target_y,target_z,err_ab,err_a,scale_ab,scale_a,active_limits,solver_iterations,gate_actions";
   for (const std::string& t : translations)
     out << ",lower_" << t << ",upper_" << t;
-  out << ",tip_x,tip_y,tip_z\n";
+  out << ",tip_x,tip_y,tip_z";
+  const auto further = furtherColumns(record, arms);
+  for (const auto& [name, task] : further)
+    out << ',' << name;
+  out << '\n';
   for (const Row& row : record.rows()) {
     out << row.data.point << ',' << row.data.iteration;
     for (double q : row.data.position)
       out << ',' << number(q);
     for (double x : tipTask(row).position)
       out << ',' << number(x);
-    const bool pair = row.data.reference.task_count > 1;
-    out << ',' << number(row.error_ab) << ',' << number(row.error_a) << ',' << number(pair ? row.data.scale[0] : 1.0)
-        << ',' << number(row.data.scale[pair ? 1 : 0]) << ',' << row.data.active_limits << ','
+    out << ',' << number(row.error_ab) << ',' << number(row.error_a) << ','
+        << number(scaleOf(row, planning::TaskKind::kRelativePosition)) << ','
+        << number(scaleOf(row, planning::TaskKind::kTipPosition)) << ',' << row.data.active_limits << ','
         << row.data.solver_iterations << ',' << row.data.gate_actions;
     int joint = 0;
     for (const config::Arm& arm : robot.arms) {
@@ -155,6 +185,8 @@ void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& r
     }
     for (double x : row.data.tip[static_cast<std::size_t>(tipTask(row).arm)])
       out << ',' << number(x);
+    for (const auto& [name, task] : further)
+      out << ',' << number(row.error_further[task]);
     out << '\n';
   }
 }

@@ -33,6 +33,18 @@ double excessOf(const safety::ArmLimits& limits, const Eigen::VectorXd& q) {
 
 }  // namespace
 
+const planning::TaskReference* taskOf(const planning::Reference& reference, planning::TaskKind kind) {
+  for (int t = 0; t < reference.task_count; ++t) {
+    if (reference.tasks[static_cast<std::size_t>(t)].kind == kind)
+      return &reference.tasks[static_cast<std::size_t>(t)];
+  }
+  return nullptr;
+}
+
+bool isFurther(planning::TaskKind kind) {
+  return kind != planning::TaskKind::kRelativePosition && kind != planning::TaskKind::kTipPosition;
+}
+
 std::pair<double, double> errorsOf(const planning::Reference& reference, const Tips& tips) {
   std::pair<double, double> errors{0.0, 0.0};
   for (int t = 0; t < reference.task_count; ++t) {
@@ -41,17 +53,36 @@ std::pair<double, double> errorsOf(const planning::Reference& reference, const T
     const Eigen::Vector3d& b = tips[static_cast<std::size_t>(task.other_arm)];
     if (task.kind == planning::TaskKind::kRelativePosition)
       errors.first = (task.position - (a - b)).norm();
-    else
+    else if (task.kind == planning::TaskKind::kTipPosition)
       errors.second = (task.position - a).norm();
   }
   return errors;
 }
 
+namespace {
+
+/// rad
+double furtherError(const planning::TaskReference& task, const StepData& data) {
+  const auto pose = [&](int arm) {
+    const auto k = static_cast<std::size_t>(arm);
+    return Eigen::Isometry3d(Eigen::Translation3d(data.tip[k]) * data.orientation[k]);
+  };
+  const kinematics::TaskKindEntry* kind = kinematics::findTaskKind(task.kind);
+  return kind == nullptr ? 0.0 : kind->error(kind->place(pose(task.arm), pose(task.other_arm)), task.place());
+}
+
+}  // namespace
+
 void RunRecord::add(const StepData& data) {
   Row row;
   row.data = data;
-  row.relative = data.reference.task_count > 1;
+  row.relative = taskOf(data.reference, planning::TaskKind::kRelativePosition) != nullptr;
   std::tie(row.error_ab, row.error_a) = errorsOf(data.reference, data.tip);
+  for (int t = 0; t < data.reference.task_count; ++t) {
+    const auto i = static_cast<std::size_t>(t);
+    if (isFurther(data.reference.tasks[i].kind))
+      row.error_further[i] = furtherError(data.reference.tasks[i], data);
+  }
   limits_.setPosition(data.setpoint);
   row.lower.resize(robot_.jointCount());
   row.upper.resize(robot_.jointCount());
@@ -83,6 +114,27 @@ ErrorStatistics statisticsOf(const std::vector<double>& errors) {
   return {std::sqrt(mean_square), std::sqrt(std::max(0.0, mean_square - mean * mean)), max, mean, errors.size()};
 }
 
+bool RunRecord::lastOfPoint(std::size_t row) const {
+  return row + 1 == rows_.size() || rows_[row + 1].data.point != rows_[row].data.point;
+}
+
+std::vector<FurtherErrors> RunRecord::furtherErrors() const {
+  std::vector<FurtherErrors> all;
+  const planning::Reference none, &reference = rows_.empty() ? none : rows_.back().data.reference;
+  for (int t = 0; t < reference.task_count; ++t) {
+    const auto task = static_cast<std::size_t>(t);
+    if (!isFurther(reference.tasks[task].kind))
+      continue;
+    std::vector<double> errors;
+    for (std::size_t i = 0; i < rows_.size(); ++i) {
+      if (lastOfPoint(i))
+        errors.push_back(rows_[i].error_further[task]);
+    }
+    all.push_back({reference.tasks[task], statisticsOf(errors)});
+  }
+  return all;
+}
+
 RunSummary RunRecord::summary() const {
   RunSummary summary;
   summary.key = key_;
@@ -97,14 +149,14 @@ RunSummary RunRecord::summary() const {
     summary.limit_violations += row.violation > kViolation ? 1 : 0;
     if (row.excess > kViolation)
       summary.largest_excess = std::max(summary.largest_excess, row.excess);
-    const bool last = i + 1 == rows_.size() || rows_[i + 1].data.point != row.data.point;
-    if (!last)
+    if (!lastOfPoint(i))
       continue;
     if (row.relative)
       ab.push_back(row.error_ab);
     a.push_back(row.error_a);
     summary.converged += row.error_ab <= tolerance_ && row.error_a <= tolerance_ ? 1 : 0;
   }
+  summary.further = furtherErrors();
   summary.ab = statisticsOf(ab);
   summary.a = statisticsOf(a);
   return summary;

@@ -25,38 +25,8 @@ struct RunKey {
   std::string name() const;
 };
 
-/// Positions by arm, m, robot base frame.
-using Tips = std::array<Eigen::Vector3d, safety::kMaxArms>;
-
-/// Of the relative position (0 without one) and of the tip that follows the shape, m.
-std::pair<double, double> errorsOf(const planning::Reference& reference, const Tips& tips);
-
-/** What was known when a reference was answered and the robot had moved. */
-struct StepData {
-  int point = 0;
-  int iteration = 0;
-  planning::Reference reference;  ///< the one that was answered: relative position, if the trajectory has one, then tip
-  safety::RobotVector position;   ///< of all joints after the step, as measured, m and rad
-  safety::RobotVector setpoint;   ///< past the gate
-  Tips tip;                       ///< where the tips really are after the step, m, robot base frame
-  std::array<double, 2> scale{};  ///< task scales of the solution
-  std::uint32_t solver_iterations = 0;
-  std::uint32_t active_limits = 0;
-  std::uint64_t gate_actions = 0;  ///< interventions of the gate in this step
-};
-
-/** One row: the data and what follows from them. */
-struct Row {
-  StepData data;
-  bool relative = false;   ///< the trajectory has a relative position; else error_ab is 0
-  double error_ab = 0.0;   ///< m, after the step, of the tips as they really are
-  double error_a = 0.0;    ///< m, after the step, of the tip as it really is
-  double violation = 0.0;  ///< largest excess of the setpoint over boxes and rows, m or rad; not above zero inside
-  double excess = 0.0;     ///< likewise of translations and rows alone, m
-  safety::RobotVector lower, upper;  ///< moving limits of every joint after the step
-};
-
-/** Statistics of errors, m: rms^2 = mean^2 + deviation^2, so no deviation is larger than its RMS. */
+/** Statistics of errors, m, or rad of an axis or orientation: rms^2 = mean^2 + deviation^2, so no deviation is larger
+ * than its RMS. */
 struct ErrorStatistics {
   double rms = 0.0;
   double deviation = 0.0;
@@ -68,12 +38,67 @@ struct ErrorStatistics {
 /// Sums in the order given, so that the digits do not depend on the source of the errors. Zeros for none.
 ErrorStatistics statisticsOf(const std::vector<double>& errors);
 
+/// Positions by arm, m, robot base frame.
+using Tips = std::array<Eigen::Vector3d, safety::kMaxArms>;
+
+/// Orientations by arm, robot base frame <- tip.
+using TipOrientations = std::array<Eigen::Quaterniond, safety::kMaxArms>;
+inline TipOrientations unturned() {
+  TipOrientations orientations;
+  orientations.fill(Eigen::Quaterniond::Identity());
+  return orientations;
+}
+
+/// Of the relative position (0 without one) and of the tip that follows the shape, m.
+std::pair<double, double> errorsOf(const planning::Reference& reference, const Tips& tips);
+
+/// The task of a kind in a reference; null: none.
+const planning::TaskReference* taskOf(const planning::Reference& reference, planning::TaskKind kind);
+
+/** A task beside the tip and the relative position, and its errors. */
+struct FurtherErrors {
+  planning::TaskReference task;  ///< with the last wanted place
+  ErrorStatistics errors;        ///< over each point's last iteration, rad
+};
+
+/** What was known when a reference was answered and the robot had moved. */
+struct StepData {
+  int point = 0;
+  int iteration = 0;
+  planning::Reference reference;                    ///< the one that was answered
+  safety::RobotVector position;                     ///< of all joints after the step, as measured, m and rad
+  safety::RobotVector setpoint;                     ///< past the gate
+  Tips tip;                                         ///< where the tips really are after the step, m, robot base frame
+  TipOrientations orientation = unturned();         ///< likewise
+  std::array<double, planning::kMaxTasks> scale{};  ///< task scales of the solution, in the order of the reference
+  std::uint32_t solver_iterations = 0;
+  std::uint32_t active_limits = 0;
+  std::uint64_t gate_actions = 0;  ///< interventions of the gate in this step
+};
+
+/// Whether a kind is neither the tip nor the relative position.
+bool isFurther(planning::TaskKind kind);
+
+/** One row: the data and what follows from them. */
+struct Row {
+  StepData data;
+  bool relative = false;  ///< the trajectory has a relative position; else error_ab is 0
+  double error_ab = 0.0;  ///< m, after the step, of the tips as they really are
+  double error_a = 0.0;   ///< m, after the step, of the tip as it really is
+  std::array<double, planning::kMaxTasks>
+      error_further{};     ///< rad, likewise, of further tasks; by task of the reference
+  double violation = 0.0;  ///< largest excess of the setpoint over boxes and rows, m or rad; not above zero inside
+  double excess = 0.0;     ///< likewise of translations and rows alone, m
+  safety::RobotVector lower, upper;  ///< moving limits of every joint after the step
+};
+
 /** A line of summary.csv. */
 struct RunSummary {
   RunKey key;
   int points = 0;
   int converged = 0;
   int iterations = 0;
+  std::vector<FurtherErrors> further;
   ErrorStatistics ab, a;        ///< over each point's last iteration; ab without errors: no relative position
   int limit_violations = 0;     ///< iterations after which a setpoint was outside its limits by more than kViolation
   double largest_excess = 0.0;  ///< of a setpoint's translations and rows over their limits, m; 0: it kept them
@@ -105,6 +130,9 @@ class RunRecord {
   RunSummary summary() const;
 
  private:
+  bool lastOfPoint(std::size_t row) const;
+  std::vector<FurtherErrors> furtherErrors() const;
+
   RunKey key_;
   const RobotModel& robot_;
   control::StepProblem limits_;

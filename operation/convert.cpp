@@ -27,6 +27,11 @@ void setObjectReference(const planning::ObjectReference& object, TaskReference& 
                                            : std::numeric_limits<double>::quiet_NaN();
 }
 
+/// Kinds of positions leave these members as they are: recordings of before have them so.
+bool hasOrientation(const kinematics::TaskKindEntry& kind) noexcept {
+  return kind.part == kinematics::TaskPart::kOrientation;
+}
+
 }  // namespace
 
 safety::ArmVector jointsOf(const JointArray& joints, int arm, int size) noexcept {
@@ -63,6 +68,10 @@ planning::Reference tasksOf(const PlanningReference& message) noexcept {
     to.other_arm = from.other_arm;
     to.position = Eigen::Vector3d::Map(from.position.data());
     to.feed_forward = Eigen::Vector3d::Map(from.feed_forward.data());
+    if (const auto* kind = kinematics::findTaskKind(to.kind); kind != nullptr && hasOrientation(*kind)) {
+      to.orientation.coeffs() = Eigen::Vector4d::Map(from.orientation.data());  // x y z w
+      to.angular_feed_forward = Eigen::Vector3d::Map(from.feed_forward.data() + 3);
+    }
   }
   if (reference.task_count > 0 && reference.tasks[0].kind == planning::TaskKind::kObjectPose)
     reference.object = objectReferenceOf(message.tasks[0]);
@@ -79,6 +88,10 @@ void setTasks(const planning::Reference& reference, PlanningReference& message) 
     to.other_arm = static_cast<std::uint8_t>(from.other_arm);
     Eigen::Vector3d::Map(to.position.data()) = from.position;
     Eigen::Vector3d::Map(to.feed_forward.data()) = from.feed_forward;
+    if (const auto* kind = kinematics::findTaskKind(from.kind); kind != nullptr && hasOrientation(*kind)) {
+      Eigen::Vector4d::Map(to.orientation.data()) = from.orientation.coeffs();
+      Eigen::Vector3d::Map(to.feed_forward.data() + 3) = from.angular_feed_forward;
+    }
     if (from.kind == planning::TaskKind::kObjectPose)
       setObjectReference(reference.object, to);
   }
@@ -122,6 +135,10 @@ safety::RobotVector postureOf(const PlanningReference& message,
 
 Eigen::Vector3d tipPosition(const TipPoses& message, int arm) noexcept {
   return Eigen::Vector3d::Map(message.position.data() + 3 * arm);
+}
+
+Eigen::Quaterniond tipOrientation(const TipPoses& message, int arm) noexcept {
+  return Eigen::Quaterniond(Eigen::Vector4d::Map(message.orientation.data() + 4 * arm));  // x y z w
 }
 
 void takeTips(const TipPoses& message, planning::MeasuredTips& tips) noexcept {

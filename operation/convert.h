@@ -38,6 +38,7 @@ safety::RobotVector postureOf(const PlanningReference& message,
 void takeTips(const TipPoses& message, planning::MeasuredTips& tips) noexcept;
 /// Position of an arm's tip, m, robot base frame.
 Eigen::Vector3d tipPosition(const TipPoses& message, int arm) noexcept;
+Eigen::Quaterniond tipOrientation(const TipPoses& message, int arm) noexcept;
 void setTip(int arm,
             bool valid,
             const Eigen::Vector3d& position,

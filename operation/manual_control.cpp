@@ -113,6 +113,8 @@ void ManualControl::fill(const OperatorInputHandler::Context& context,
   for (int t = 0; tasks != nullptr && t < tasks->task_count; ++t) {
     const planning::TaskReference& task = tasks->tasks[static_cast<std::size_t>(t)];
     const bool of_tip = task.kind == TaskKind::kTipPosition;
+    if (!of_tip && task.kind != TaskKind::kRelativePosition)
+      continue;
     if (of_tip)
       Eigen::Vector3d::Map(op.tip_target.data() + 3 * task.arm) = task.position;
     if (source == Source::kCrtk || (!of_tip && (task.arm != 0 || task.other_arm != 1)))

@@ -34,7 +34,7 @@ class Walker {
         judge_(arms, accepting(options)),
         step_path_(arms, spec),
         branches_(std::move(start.branches)) {
-    last_ = pointAt(spec, [&](int arm) { return start.tips[at(arm)].pose.translation(); });
+    last_ = pointAt(spec, [&](int arm) { return start.tips[at(arm)].pose; });
   }
 
   /// See detail/trajectory_start.h.
@@ -259,14 +259,14 @@ class Walker {
     report.stability = answer.stability;
     report.clearance = answer.clearance;
     report.error = report.relative_error = std::numeric_limits<double>::infinity();
-    std::vector<Vector3d> tips;
+    std::vector<Eigen::Isometry3d> tips;
     for (int arm = 0; arm < arms_.count(); ++arm) {
       kinematics::Branch branch = branches_[at(arm)];
       kinematics::Tip tip;
       if (arms_.models[at(arm)]->tip(answer.q.segment(arms_.offset(arm), arms_.size(arm)), branch, tip) !=
           kinematics::ModelStatus::kOk)
         return report;
-      tips.push_back(tip.pose.translation());
+      tips.push_back(tip.pose);
     }
     const TrajectoryPoint there = pointAt(spec_, [&](int arm) { return tips[at(arm)]; });
     report.tip = there.tip;
@@ -312,12 +312,13 @@ std::vector<safety::RobotVector> FeasibilityReport::path() const {
 }
 
 FeasibilityReport checkTrajectory(const Arms& arms,
-                                  const TrajectorySpec& spec,
+                                  const TrajectorySpec& trajectory,
                                   const safety::RobotVector& start,
                                   const FeasibilityOptions& options) {
   constexpr double kSingular = 1e-5;  // m/rad
   FeasibilityReport report;
-  if (std::string wrong = spec.wrongArms(arms.count()); !wrong.empty()) {
+  const TrajectorySpec spec = trajectory.ofPositions();
+  if (std::string wrong = trajectory.wrongArms(arms.count()); !wrong.empty()) {
     report.start = "the trajectory's arms: " + wrong;
     return report;
   }
@@ -325,12 +326,12 @@ FeasibilityReport checkTrajectory(const Arms& arms,
   report.start = begin.wrong;
   if (!begin.wrong.empty())
     return report;
-  const TrajectoryPoint first_place = pointAt(spec, [&](int arm) { return begin.tips[at(arm)].pose.translation(); });
+  const TrajectoryPoint first_place = pointAt(spec, [&](int arm) { return begin.tips[at(arm)].pose; });
   report.rotation_conditioning = std::numeric_limits<double>::infinity();
   for (const int arm : spec.arms())
     report.rotation_conditioning = std::min(report.rotation_conditioning, rotationConditioning(begin.tips[at(arm)]));
   report.planar_start = report.rotation_conditioning < kSingular;
-  const std::vector<TrajectoryPoint> points = sample(spec, first_place.tip, first_place.relative);
+  const std::vector<TrajectoryPoint> points = sample(spec, first_place);
   const std::vector<kinematics::Branch> branches = begin.branches;
   Walker walker(arms, spec, options, std::move(begin));
   safety::RobotVector q = start;

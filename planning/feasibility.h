@@ -59,7 +59,8 @@ struct FeasibilityOptions {
  *
  * If joints move far between two points, the path is halved; joints that jump at every path length are not continuous.
  * A point that is not reached so is searched for globally. If it is found, the arms would have to change their
- * configuration (kReconfiguration); else the result is the nearest point that keeps x_AB,k, with the reason.
+ * configuration (kReconfiguration); else the result is the nearest point that keeps x_AB,k, with the reason. Further
+ * tasks of the trajectory have no part in it.
  * @param start  joints of all arms; the trajectory's offsets are relative to their tips */
 FeasibilityReport checkTrajectory(const Arms& arms,
                                   const TrajectorySpec& spec,

@@ -8,6 +8,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "planning/detail/further_tasks.h"
+
 namespace tandem::planning {
 namespace {
 
@@ -34,15 +36,13 @@ struct Profile {
 }  // namespace
 
 void Follower::start(const TrajectorySpec& spec,
-                     const Eigen::Vector3d& tip,
-                     const Eigen::Vector3d& relative,
+                     const TrajectoryPoint& measured,
                      std::vector<safety::RobotVector> postures) {
-  startAt(spec, tip, relative, sample(spec, tip, relative), std::move(postures));
+  startAt(spec, measured, sample(spec, measured), std::move(postures));
 }
 
 void Follower::startAt(const TrajectorySpec& spec,
-                       const Eigen::Vector3d& tip,
-                       const Eigen::Vector3d& relative,
+                       const TrajectoryPoint& measured,
                        std::vector<TrajectoryPoint> points,
                        std::vector<safety::RobotVector> postures) {
   if (static_cast<int>(points.size()) != spec.point_count || points.empty()) {
@@ -56,7 +56,7 @@ void Follower::startAt(const TrajectorySpec& spec,
   postures_ = std::move(postures);
   spec_ = spec;
   points_ = std::move(points);
-  points_.insert(points_.begin(), {tip, relative});
+  points_.insert(points_.begin(), wantedAtStart(spec, measured));
   arc_length_.assign(points_.size(), 0.0);
   for (std::size_t i = 1; i < points_.size(); ++i) {
     arc_length_[i] = arc_length_[i - 1] + (points_[i].tip - points_[i - 1].tip).norm();
@@ -68,6 +68,10 @@ void Follower::startAt(const TrajectorySpec& spec,
   progress_ = Progress{};
   progress_.phase = Phase::kRunning;
   progress_.point_count = spec.point_count;
+  for (const FurtherTask& task : spec.further) {
+    if (std::isfinite(task.tolerance))
+      progress_.tolerance = spec.tolerance;
+  }
 }
 
 void Follower::stop() { progress_.phase = Phase::kIdle; }
@@ -84,22 +88,37 @@ void Follower::resume() {
     progress_.phase = Phase::kRunning;
 }
 
-bool Follower::update(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative, Reference& reference) noexcept {
+double Follower::errorOf(const TrajectoryPoint& wanted, const TrajectoryPoint& measured) const noexcept {
+  double error = std::max((wanted.tip - measured.tip).norm(), (wanted.relative - measured.relative).norm());
+  for (std::size_t k = 0; k < spec_.further.size(); ++k) {
+    const FurtherTask& task = spec_.further[k];
+    if (std::isfinite(task.tolerance))
+      error = std::max(error, spec_.tolerance / task.tolerance *
+                                  kinematics::findTaskKind(task.kind)->error(measured.further[k], wanted.further[k]));
+  }
+  return error;
+}
+
+bool Follower::update(const TrajectoryPoint& measured, Reference& reference) noexcept {
   if (progress_.phase != Phase::kRunning && progress_.phase != Phase::kPaused)
     return false;
   if (progress_.total_iterations > 0) {
-    progress_.tip_error = (wanted_.tip - tip).norm();
-    progress_.relative_error = (wanted_.relative - relative).norm();
+    progress_.tip_error = (wanted_.tip - measured.tip).norm();
+    progress_.relative_error = (wanted_.relative - measured.relative).norm();
+    for (std::size_t k = 0; k < spec_.further.size(); ++k)
+      progress_.further_error[k] =
+          kinematics::findTaskKind(spec_.further[k].kind)->error(measured.further[k], wanted_.further[k]);
+    error_ = errorOf(wanted_, measured);
   }
   if (progress_.phase == Phase::kPaused) {
     if (progress_.total_iterations == 0)
-      ask(points_.front(), {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
+      ask(points_.front(), referenceTo(spec_, points_.front()));
     for (TaskReference& task : reference_.tasks)
-      task.feed_forward.setZero();
+      task.clearFeedForward();
     reference = reference_;
     return true;
   }
-  const bool running = spec_.following == Following::kPointByPoint ? nextPoint() : nextInstant(tip, relative);
+  const bool running = spec_.following == Following::kPointByPoint ? nextPoint() : nextInstant(measured);
   if (running) {
     ++progress_.total_iterations;
     reference = reference_;
@@ -107,13 +126,17 @@ bool Follower::update(const Eigen::Vector3d& tip, const Eigen::Vector3d& relativ
   return running;
 }
 
-bool Follower::within() const noexcept {
-  return progress_.tip_error <= spec_.tolerance && progress_.relative_error <= spec_.tolerance;
-}
-
 void Follower::addErrors() noexcept {
-  errors_[0].add(progress_.relative_error);
-  errors_[1].add(progress_.tip_error);
+  std::size_t next = 0;
+  for (int t = 0; t < reference_.task_count; ++t) {
+    ErrorStatistics& errors = errors_[static_cast<std::size_t>(t)];
+    if (next < spec_.further.size() && spec_.further[next].priority == t)
+      errors.add(progress_.further_error[next++]);
+    else
+      errors.add(reference_.tasks[static_cast<std::size_t>(t)].kind == TaskKind::kRelativePosition
+                     ? progress_.relative_error
+                     : progress_.tip_error);
+  }
 }
 
 void Follower::leave(int point, double error) noexcept {
@@ -128,15 +151,15 @@ void Follower::finish() noexcept { progress_.phase = progress_.missed_points == 
 
 bool Follower::nextPoint() noexcept {
   const bool started = progress_.point > 0;
-  if (started && !within() && progress_.iteration < spec_.max_iterations) {
+  if (started && !(error_ <= spec_.tolerance) && progress_.iteration < spec_.max_iterations) {
     ++progress_.iteration;
     for (TaskReference& task : reference_.tasks)
-      task.feed_forward.setZero();
+      task.clearFeedForward();
     return true;
   }
   if (started) {
     addErrors();
-    leave(progress_.point, std::max(progress_.tip_error, progress_.relative_error));
+    leave(progress_.point, error_);
   }
   if (progress_.point == progress_.point_count) {
     finish();
@@ -146,7 +169,7 @@ bool Follower::nextPoint() noexcept {
   progress_.iteration = 1;
   const TrajectoryPoint& from = points_[progress_.point - 1];
   const TrajectoryPoint& to = points_[progress_.point];
-  ask(to, {(to.tip - from.tip) / spec_.point_duration, (to.relative - from.relative) / spec_.point_duration});
+  ask(to, referenceTo(spec_, to, from, to, spec_.point_duration));
   if (!postures_.empty())
     reference_.posture = postures_[static_cast<std::size_t>(progress_.point) - 1];
   return true;
@@ -161,18 +184,16 @@ std::pair<std::size_t, double> Follower::pieceAt(double s) const noexcept {
 
 TrajectoryPoint Follower::along(double s) const noexcept {
   const auto [i, share] = pieceAt(s);
-  return {points_[i - 1].tip + share * (points_[i].tip - points_[i - 1].tip),
-          points_[i - 1].relative + share * (points_[i].relative - points_[i - 1].relative)};
+  return between(spec_, points_[i - 1], points_[i], share);
 }
 
-void Follower::judgePassed(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative) noexcept {
+void Follower::judgePassed(const TrajectoryPoint& measured) noexcept {
   bool last = false;  // the last point is decided, and with it all others: it comes first here
   for (std::size_t i = passed_.size(); i-- > 0;) {
     Passed& passed = passed_[i];
     if (passed.periods < 0)
       continue;
-    const TrajectoryPoint& point = points_[i + 1];
-    passed.nearest = std::min(passed.nearest, std::max((point.tip - tip).norm(), (point.relative - relative).norm()));
+    passed.nearest = std::min(passed.nearest, errorOf(points_[i + 1], measured));
     if (last || passed.nearest <= spec_.tolerance || passed.periods++ >= spec_.max_iterations) {
       last = last || i + 2 == points_.size();
       passed.periods = -1;
@@ -181,7 +202,7 @@ void Follower::judgePassed(const Eigen::Vector3d& tip, const Eigen::Vector3d& re
   }
 }
 
-bool Follower::nextInstant(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative) noexcept {
+bool Follower::nextInstant(const TrajectoryPoint& measured) noexcept {
   const Profile profile{arc_length_.back(), spec_.speed, spec_.acceleration};
   const double end = profile.duration();
   // Reference at this update, and its mean velocity up to the next update.
@@ -191,13 +212,13 @@ bool Follower::nextInstant(const Eigen::Vector3d& tip, const Eigen::Vector3d& re
     passed_.push_back({std::numeric_limits<double>::infinity(), 0});
   if (progress_.total_iterations > 0)
     addErrors();
-  judgePassed(tip, relative);
+  judgePassed(measured);
   if (progress_.converged_points + progress_.missed_points == progress_.point_count) {
     finish();
     return false;
   }
   path_time_ = std::min(path_time_ + period_, end);
-  ask(now, {(next.tip - now.tip) / period_, (next.relative - now.relative) / period_});
+  ask(now, referenceTo(spec_, now, now, next, period_));
   if (!postures_.empty()) {
     const auto [i, share] = pieceAt(s);  // before the first point only its posture is known
     const std::size_t before = std::max<std::size_t>(i, 2) - 2;
@@ -213,14 +234,16 @@ std::string describeMisses(const Progress& progress) {
   if (progress.missed_points == 0)
     return {};
   std::array<char, 120> text{};
-  std::snprintf(text.data(), text.size(), "missed %d of %d points, worst %.3g mm at point %d", progress.missed_points,
-                progress.point_count, 1e3 * progress.worst_error, progress.worst_point);
+  const bool in_tolerances = progress.tolerance > 0.0;
+  std::snprintf(text.data(), text.size(), "missed %d of %d points, worst %.3g %s at point %d", progress.missed_points,
+                progress.point_count, progress.worst_error * (in_tolerances ? 1.0 / progress.tolerance : 1e3),
+                in_tolerances ? "times the tolerance" : "mm", progress.worst_point);
   return text.data();
 }
 
-void Follower::ask(const TrajectoryPoint& at, const TrajectoryPoint& velocity) noexcept {
+void Follower::ask(const TrajectoryPoint& at, const Reference& reference) noexcept {
   wanted_ = at;
-  reference_ = referenceTo(spec_, at, velocity);
+  reference_ = reference;
 }
 
 }  // namespace tandem::planning

@@ -25,24 +25,29 @@ struct Progress {
   int point_count = 0;
   int iteration = 0;  ///< within the point, counts from 1
   int total_iterations = 0;
-  int converged_points = 0;     ///< reached within the tolerance
-  int missed_points = 0;        ///< left without being reached
-  double worst_error = 0.0;     ///< m, of worst_point: the larger error of tip and relative position at its least
-  int worst_point = 0;          ///< counts from 1; 0: none
-  double tip_error = 0.0;       ///< m, at the last update, relative to the previous reference
-  double relative_error = 0.0;  ///< m
+  int converged_points = 0;  ///< reached within the tolerance
+  int missed_points = 0;     ///< left without being reached
+  /// m, of worst_point: the largest error of tip and relative position at its least; those of further tasks with a
+  /// tolerance count in proportion: error / their tolerance = worst_error / the tolerance of positions.
+  double worst_error = 0.0;
+  int worst_point = 0;                              ///< counts from 1; 0: none
+  double tip_error = 0.0;                           ///< m, at the last update, relative to the previous reference
+  double relative_error = 0.0;                      ///< m
+  std::array<double, kMaxFurther> further_error{};  ///< rad, in the order of TrajectorySpec::further
+  double tolerance = 0.0;  ///< m; above zero where further tasks decide too: worst_error then counts in tolerances
 };
 
-/// "missed 8 of 12 points, worst 46.3 mm at point 7"; empty if no point was missed.
+/// "missed 8 of 12 points, worst 46.3 mm at point 7", or "worst 3.1 times the tolerance at point 7" where further tasks
+/// have a tolerance; empty if no point was missed.
 std::string describeMisses(const Progress& progress);
 
 /** Follower of a trajectory, one update per control period.
  *
- * kPointByPoint (Alsaka et al. 2024, section 3): a point ends when both errors are within the tolerance, or after
+ * kPointByPoint (Alsaka et al. 2024, section 3): a point ends when all errors are within their tolerances, or after
  * max_iterations; the next one follows. The feed-forward, spacing / point_duration along the path, acts in the first
  * iteration of a point only: constant feed-forward would offset the tip by feed_forward / lambda_A. kTimed: the
  * reference moves along the polyline with trapezoidal speed, with its velocity as feed-forward. A point is reached if
- * both errors relative to it are within the tolerance at an update between the time at which the reference passes it
+ * all errors relative to it are within their tolerances at an update between the time at which the reference passes it
  * and max_iterations periods later; the run ends when this is decided for the last point. A run that missed a point
  * ends as kFailed, after all points. */
 class Follower {
@@ -50,17 +55,15 @@ class Follower {
   /// @param period  control period, s.
   explicit Follower(double period) : period_(period) {}
 
-  /// Starts at the measured tip and relative position.
+  /// Starts at the measured place of the tips: pointAt().
   /// @param postures  planned joints of all arms, one vector per point (FeasibilityReport::path()); empty: references
   /// have no posture. @throw std::invalid_argument as sample() does, or for another number of postures.
   void start(const TrajectorySpec& spec,
-             const Eigen::Vector3d& tip,
-             const Eigen::Vector3d& relative,
+             const TrajectoryPoint& measured,
              std::vector<safety::RobotVector> postures = {});
   /// Starts likewise, with `spec.point_count` given points instead of those of its shape.
   void startAt(const TrajectorySpec& spec,
-               const Eigen::Vector3d& tip,
-               const Eigen::Vector3d& relative,
+               const TrajectoryPoint& measured,
                std::vector<TrajectoryPoint> points,
                std::vector<safety::RobotVector> postures = {});
   void stop();
@@ -70,25 +73,28 @@ class Follower {
 
   /// Compares the measured state with the last reference and writes the next one. @return true with a new reference
   /// while running; while paused the last reference is kept without feed-forward.
-  bool update(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative, Reference& reference) noexcept;
+  bool update(const TrajectoryPoint& measured, Reference& reference) noexcept;
 
   const Progress& progress() const { return progress_; }
-  /// Of the tasks, relative position and tip: kPointByPoint at the end of each point; kTimed at each update, relative
-  /// to the reference of the previous one.
-  std::span<const ErrorStatistics> errors() const { return std::span(errors_).subspan(spec_.hasRelative() ? 0 : 1); }
+  /// Of the tasks in the order of the reference, m, rad for axes and orientations: kPointByPoint at the end of each
+  /// point; kTimed at each update, relative to the reference of the previous one.
+  std::span<const ErrorStatistics> errors() const {
+    return std::span(errors_).first(static_cast<std::size_t>(spec_.taskCount()));
+  }
   const TrajectorySpec& spec() const { return spec_; }
   const std::vector<TrajectoryPoint>& points() const { return points_; }
 
  private:
   bool nextPoint() noexcept;
-  bool nextInstant(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative) noexcept;
-  bool within() const noexcept;
+  bool nextInstant(const TrajectoryPoint& measured) noexcept;
+  /// Largest error of a measured place relative to a wanted one, as Progress::worst_error.
+  double errorOf(const TrajectoryPoint& wanted, const TrajectoryPoint& measured) const noexcept;
   void addErrors() noexcept;
   /// The point is decided. @param error  m, as Progress::worst_error
   void leave(int point, double error) noexcept;
   void finish() noexcept;
-  void judgePassed(const Eigen::Vector3d& tip, const Eigen::Vector3d& relative) noexcept;
-  void ask(const TrajectoryPoint& at, const TrajectoryPoint& velocity) noexcept;
+  void judgePassed(const TrajectoryPoint& measured) noexcept;
+  void ask(const TrajectoryPoint& at, const Reference& reference) noexcept;
   /// Segment of the path at arc length s, by the index of its end, and the fraction of it that is complete.
   std::pair<std::size_t, double> pieceAt(double s) const noexcept;
   TrajectoryPoint along(double s) const noexcept;
@@ -106,8 +112,9 @@ class Follower {
   };
   std::vector<Passed> passed_;  ///< the first ones of points_, without the start; reserved for all
   Progress progress_;
-  std::array<ErrorStatistics, 2> errors_;
+  std::array<ErrorStatistics, kMaxTasks> errors_;
   TrajectoryPoint wanted_;  ///< of the last reference
+  double error_ = 0.0;      ///< errorOf() of the last update
   Reference reference_;
 };
 

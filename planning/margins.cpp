@@ -12,6 +12,12 @@ constexpr double kUnknown = -std::numeric_limits<double>::infinity();
 /// per period.
 constexpr double kFirstReserve = 0.01, kMostReserve = 0.1, kFading = 0.98;
 
+/// Whether a task compares two arms.
+bool isPair(const TaskReference& task) {
+  const kinematics::TaskKindEntry* kind = kinematics::findTaskKind(task.kind);
+  return kind != nullptr && kind->relative();
+}
+
 auto jointsOf(const safety::RobotVector& q, int arm, const control::StepProblem& problem) {
   const int begin = problem.arm_offset[static_cast<std::size_t>(arm)];
   return q.segment(begin, problem.arm_offset[static_cast<std::size_t>(arm) + 1] - begin);
@@ -85,7 +91,9 @@ void Margins::set(const TipFollower& tips,
   }
   for (int t = 0; least_distance_ > 0.0 && t < reference.task_count; ++t) {
     const TaskReference& task = reference.tasks[static_cast<std::size_t>(t)];
-    if (task.kind == TaskKind::kRelativePosition)
+    if (isPair(task) && std::none_of(reference.tasks.begin(), reference.tasks.begin() + t, [&](const auto& before) {
+          return isPair(before) && std::minmax(before.arm, before.other_arm) == std::minmax(task.arm, task.other_arm);
+        }))
       addDistance(tips, q, task.arm, task.other_arm, safety::kMaxArms + t, problem);
   }
 }

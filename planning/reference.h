@@ -5,8 +5,11 @@
 #include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
+#include <string>
+#include <vector>
 
 #include "idl/enumerations.h"
+#include "kinematics/tasks/task_kind.h"
 #include "safety/dimensions.h"
 
 namespace tandem::planning {
@@ -24,14 +27,27 @@ struct ObjectReference {
   ObjectReference after(double time) const noexcept;
 };
 
-/** One task: desired position of a tip, or of one tip relative to another. */
+/** One task: desired place of a tip, or of one tip relative to another. The kind says which parts count: see
+ * kinematics/tasks/task_kind.h. */
 struct TaskReference {
   TaskKind kind = TaskKind::kNone;
   int arm = 0;
   int other_arm = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();      ///< m, robot base frame
   Eigen::Vector3d feed_forward = Eigen::Vector3d::Zero();  ///< m/s
+  Eigen::Quaterniond orientation =
+      Eigen::Quaterniond::Identity();                              ///< robot base frame, or that of `other_arm`, <- tip
+  Eigen::Vector3d angular_feed_forward = Eigen::Vector3d::Zero();  ///< rad/s, in that frame
+
+  kinematics::TaskPlace place() const noexcept { return {position, orientation}; }
+  void clearFeedForward() noexcept {
+    feed_forward.setZero();
+    angular_feed_forward.setZero();
+  }
 };
+
+/// "axis of a", "relative position of a and b"; of the common object: "common object". @param arms  names
+std::string describe(const TaskReference& task, const std::vector<std::string>& arms);
 
 inline constexpr int kMaxTasks = 4;
 

@@ -1,9 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "planning/reference_tracker.h"
 
+#include <cmath>
 #include <stdexcept>
 
 namespace tandem::planning {
+namespace {
+
+bool isUsable(const TaskReference& wanted) noexcept {
+  constexpr double kRounding = 1e-6;
+  return wanted.position.allFinite() && wanted.feed_forward.allFinite() && wanted.angular_feed_forward.allFinite() &&
+         std::abs(wanted.orientation.norm() - 1.0) < kRounding;
+}
+
+}  // namespace
 
 ReferenceTracker::ReferenceTracker(std::vector<const kinematics::ArmModel*> models,
                                    std::vector<const safety::ArmLimits*> limits,
@@ -54,34 +64,38 @@ TrackStatus ReferenceTracker::setTask(const TaskReference& wanted,
                                       const TrackResult& result,
                                       control::Task& task,
                                       double& error) noexcept {
-  const bool relative = wanted.kind == TaskKind::kRelativePosition;
+  const kinematics::TaskKindEntry* kind = kinematics::findTaskKind(wanted.kind);
   const auto known = [&](int arm) { return arm >= 0 && arm < problem_.arm_count; };
-  if (!relative && wanted.kind != TaskKind::kTipPosition)
+  if (kind == nullptr || !known(wanted.arm))
     return TrackStatus::kReference;
-  if (!known(wanted.arm) || (relative && (!known(wanted.other_arm) || wanted.other_arm == wanted.arm)))
+  const bool relative = kind->relative();
+  if (relative && (!known(wanted.other_arm) || wanted.other_arm == wanted.arm))
     return TrackStatus::kReference;
-  if (!wanted.position.allFinite() || !wanted.feed_forward.allFinite())
+  if (!isUsable(wanted))
     return TrackStatus::kReference;
   if (measured && !(measured->arm[wanted.arm].known && (!relative || measured->arm[wanted.other_arm].known)))
     return TrackStatus::kSensor;
 
-  const auto tip = [&](int arm) -> Eigen::Vector3d {
-    return measured ? measured->arm[arm].position : result.tip[arm].pose.translation();
-  };
-  Eigen::Vector3d position = tip(wanted.arm);
-  task.jacobian.setZero(3, problem_.joint_count);
+  const auto poseOf = [&](int arm) { return measuredPose(result.tip[arm].pose, measured, arm); };
+  const Eigen::Isometry3d pose = poseOf(wanted.arm), other = relative ? poseOf(wanted.other_arm) : pose;
+  const kinematics::TaskPlace at = kind->place(pose, other), place = wanted.place();
+  kinematics::TaskRows rows;
+  rows.residual = kind->residual(at, place);
+  kind->maps(at, place, other, rows);
+  const double length = kind->length();
+  task.jacobian.setZero(kind->rows, problem_.joint_count);
   const auto columns = [&](int arm) {
     const int begin = problem_.arm_offset[arm];
     return task.jacobian.middleCols(begin, problem_.arm_offset[arm + 1] - begin);
   };
-  columns(wanted.arm) = result.tip[wanted.arm].jacobian.topRows<3>();
-  if (relative) {
-    position -= tip(wanted.other_arm);
-    columns(wanted.other_arm) = -result.tip[wanted.other_arm].jacobian.topRows<3>();
-  }
-  const Eigen::Vector3d difference = wanted.position - position;
-  error = difference.norm();
-  task.velocity = (relative ? gains_.relative : gains_.tip) * difference + wanted.feed_forward;
+  columns(wanted.arm).noalias() = length * rows.by_arm.lazyProduct(result.tip[wanted.arm].jacobian);
+  if (relative)
+    columns(wanted.other_arm).noalias() = length * rows.by_other.lazyProduct(result.tip[wanted.other_arm].jacobian);
+  error = length * rows.residual.norm();
+  Eigen::Matrix<double, 6, 1> feed_forward;
+  feed_forward << wanted.feed_forward, wanted.angular_feed_forward;
+  task.velocity = length * ((relative ? gains_.relative : gains_.tip) * rows.residual +
+                            rows.by_feed_forward.lazyProduct(feed_forward));
   return TrackStatus::kOk;
 }
 

@@ -17,8 +17,8 @@ namespace tandem::planning {
 
 /** Gains of v = lambda (x_d - x) + xdot_d per task kind, 1/s (Alsaka et al. 2024, below (3)). */
 struct Gains {
-  double relative = 5.0;  ///< lambda_AB
-  double tip = 3.0;       ///< lambda_A
+  double relative = 5.0;  ///< lambda_AB: of kinds with two arms
+  double tip = 3.0;       ///< lambda_A: of kinds with one
 };
 
 enum class TrackStatus : std::uint8_t {
@@ -37,12 +37,15 @@ struct TrackResult {
   int model_arm = 0;           ///< arm whose model has no solution
   control::Solution solution;  ///< velocity is zero unless status is kOk
   int first_task = 0;          ///< first index of the reference's tasks in the problem; others may precede them
-  std::array<double, kMaxTasks> error{};                ///< |x_d - x| per task, m; for a frame, radians times length
+  /// |x_d - x| per task, m; radians times length for a frame, times kinematics::kLengthPerRadian for an axis or an
+  /// orientation.
+  std::array<double, kMaxTasks> error{};
   std::array<kinematics::Tip, safety::kMaxArms> tip{};  ///< the model's, at the joint positions given
 };
 
 /** Follows references with a redundancy-resolution method. step() does not allocate or throw with the active-set
- * backend. The relative Jacobian of tip A minus tip B is J_AB = [J_A, -J_B] in the common base frame (eq. (2)). */
+ * backend. Rows of the tasks are those of kinematics/tasks/task_kind.h; for the relative position of tip A and tip B
+ * J_AB = [J_A, -J_B] in the common base frame (eq. (2)). All rows are in metres: see kinematics::kLengthPerRadian. */
 class ReferenceTracker {
  public:
   /// Arms in the robot's order; models and limits must outlive the tracker.
@@ -76,7 +79,8 @@ class ReferenceTracker {
   /// Tips, errors and joint velocities.
   /// @param q  measured joints, all arms stacked: tips are computed from them
   /// @param setpoint  joints from which the velocities are integrated: limits refer to them
-  /// @param measured  fresh tips for the errors; nullptr: the model's
+  /// @param measured  fresh positions of tips for the errors; nullptr: the model's. Orientations are always the
+  /// model's.
   void step(const safety::RobotVector& q,
             const safety::RobotVector& setpoint,
             const Reference& reference,

@@ -102,12 +102,12 @@ class Run {
   Rehearsal go(const TrajectorySpec& spec, const std::vector<safety::RobotVector>& postures) {
     if (!look())
       return end(RehearsalEnd::kInvalid, "the start: " + std::string(kinematics::describe(track_.model)));
-    const auto place = [&] { return pointAt(spec, [this](int arm) { return tip(arm); }); };
+    const auto place = [&] { return pointAt(spec, [this](int arm) { return track_.tip[at(arm)].pose; }); };
     TrajectoryPoint at = place();
-    follower_.start(spec, at.tip, at.relative, postures);
+    follower_.start(spec, at, postures);
     result_.points = follower_.progress().point_count;
     int point = 0;
-    for (; follower_.update(at.tip, at.relative, reference_); at = place()) {
+    for (; follower_.update(at, reference_); at = place()) {
       if (options_.cancelled && options_.cancelled())
         return end(RehearsalEnd::kCancelled, {});
       if (const int now = follower_.progress().point; now != point) {
@@ -134,7 +134,6 @@ class Run {
 
  private:
   bool look() { return tracker_.computeTips(joints_.position(), track_); }
-  Eigen::Vector3d tip(int arm) const { return track_.tip[at(arm)].pose.translation(); }
 
   /// Records whether the point that has just ended was reached. The tracker still has its last step there.
   void judge(int point) {

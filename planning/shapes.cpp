@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "planning/detail/further_tasks.h"
 #include "planning/trajectory.h"
 
 namespace tandem::planning {
@@ -88,41 +89,18 @@ double lengthOf(const Polyline& line) {
 
 }  // namespace
 
-std::string TrajectorySpec::wrongArms(int count) const {
-  for (const int k : arms()) {
-    if (k < 0 || k >= count)
-      return "found arm " + std::to_string(k) + ", expected an index of 0 to " + std::to_string(count - 1);
-  }
-  return hasRelative() && arm == other_arm ? kSameArmTwice : "";
-}
-
-Reference referenceTo(const TrajectorySpec& spec,
-                      const TrajectoryPoint& point,
-                      const TrajectoryPoint& velocity) noexcept {
-  Reference reference;
-  const auto add = [&](const TaskReference& task) {
-    reference.tasks[static_cast<std::size_t>(reference.task_count++)] = task;
-  };
-  if (spec.hasRelative())
-    add({TaskKind::kRelativePosition, spec.arm, spec.other_arm, point.relative, velocity.relative});
-  add({TaskKind::kTipPosition, spec.arm, 0, point.tip, velocity.tip});
-  return reference;
-}
-
-std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec,
-                                    const Eigen::Vector3d& tip_start,
-                                    const Eigen::Vector3d& relative_start) {
+std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec, const TrajectoryPoint& start) {
   if (spec.point_count < 1) {
     throw std::invalid_argument("trajectory '" + spec.name + "': found " + std::to_string(spec.point_count) +
                                 " points, expected at least 1");
   }
-  const Polyline tip = std::visit(Outline{tip_start}, spec.shape);
+  const Polyline tip = std::visit(Outline{start.tip}, spec.shape);
   if (!(lengthOf(tip) > 0.0))
     throw std::invalid_argument("trajectory '" + spec.name + "' has no length");
   const Polyline tips = resample(tip, spec.point_count);
-  Polyline relatives(tips.size(), relative_start);
+  Polyline relatives(tips.size(), start.relative);
   if (!spec.relative.empty()) {
-    relatives = resample(std::visit(Outline{relative_start}, spec.relative.front()), spec.point_count);
+    relatives = resample(std::visit(Outline{start.relative}, spec.relative.front()), spec.point_count);
   }
   std::vector<TrajectoryPoint> points;
   points.reserve(tips.size());
@@ -132,6 +110,7 @@ std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec,
     }
     points.push_back({tips[i], relatives[i]});
   }
+  setFurther(spec, start, points);
   return points;
 }
 

@@ -19,7 +19,7 @@ std::vector<const safety::ArmLimits*> pointersTo(const std::vector<safety::ArmLi
 
 }  // namespace
 
-StepPath::StepPath(const Arms& arms, const TrajectorySpec& spec) : arms_(arms), spec_(spec) {
+StepPath::StepPath(const Arms& arms, const TrajectorySpec& spec) : arms_(arms), spec_(spec.ofPositions()) {
   for (const safety::ArmLimits* limits : arms.limits) {
     limits_.push_back(*limits);
     for (safety::JointLimit& joint : limits_.back().joints)
@@ -40,18 +40,13 @@ std::optional<safety::RobotVector> StepPath::go(const TrajectoryPoint& from,
   const int pieces = std::max(1, static_cast<int>(std::ceil(distance / kPiece)));
   for (int piece = 1; piece <= pieces; ++piece) {
     const double share = static_cast<double>(piece) / pieces;
-    const TrajectoryPoint here{from.tip + share * (to.tip - from.tip),
-                               from.relative + share * (to.relative - from.relative)};
+    const TrajectoryPoint here = between(spec_, from, to, share);
     const bool last = piece == pieces;
     const double error = approach(here, last ? accept : std::max(accept, 0.2 * kPiece), last, joints, cancelled);
     if (last && error > kClose)
       return std::nullopt;
   }
   return joints;
-}
-
-Reference StepPath::referenceTo(const TrajectoryPoint& point) const {
-  return planning::referenceTo(spec_, point, {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
 }
 
 std::pair<double, double> StepPath::errorsOf(const TrackResult& result) const {
@@ -67,7 +62,7 @@ StepPath::End StepPath::converge(const TrajectoryPoint& point,
   const control::MethodParameters parameters;
   ReferenceTracker tracker(arms_.models, pointersTo(limits_), control::Method::kNspqp, parameters, {});
   TrackResult result;
-  tracker.step(end.q, end.q, referenceTo(point), result);
+  tracker.step(end.q, end.q, referenceTo(spec_, point), result);
   if (result.status != TrackStatus::kOk)
     return end;
   end.limits = control::holding(tracker.problem(), parameters, {}, false);
@@ -82,7 +77,7 @@ double StepPath::approach(const TrajectoryPoint& point,
   constexpr int kMostWithoutGain = 60, kMost = 600;                 // steps
   constexpr double kProgress = 0.95, kFirst = 100.0, kKept = 1e-5;  // m
   const std::vector<const safety::ArmLimits*> limits = pointersTo(limits_);
-  const Reference reference = referenceTo(point);
+  const Reference reference = referenceTo(spec_, point);
   TrackResult result;
   double least = safety::kUnlimited;
   safety::RobotVector nearest = joints;

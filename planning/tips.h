@@ -82,13 +82,21 @@ struct MeasuredTips {
   void forget() noexcept { arm.fill({}); }
 };
 
+/// The pose of a tip: the model's, with the measured position if there is one. @param measured  null: the model's
+inline Eigen::Isometry3d measuredPose(const Eigen::Isometry3d& model, const MeasuredTips* measured, int arm) noexcept {
+  Eigen::Isometry3d pose = model;
+  if (measured)
+    pose.translation() = measured->arm[static_cast<std::size_t>(arm)].position;
+  return pose;
+}
+
 /// Calls f(arm) for every arm in the tasks, possibly more than once, and also for arms that do not exist.
 template <class F>
 void forEachArm(const Reference& tasks, F f) {
   for (int t = 0; t < std::min(tasks.task_count, kMaxTasks); ++t) {
     const TaskReference& task = tasks.tasks[static_cast<std::size_t>(t)];
     f(task.arm);
-    if (task.kind == TaskKind::kRelativePosition)
+    if (const auto* kind = kinematics::findTaskKind(task.kind); kind != nullptr && kind->relative())
       f(task.other_arm);
   }
 }

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <limits>
 #include <string>
 #include <variant>
 #include <vector>
@@ -56,7 +58,38 @@ inline constexpr int kNamedArm = -2;
 /// What is wrong with a relative position of a tip and itself.
 inline constexpr const char* kSameArmTwice = "found the same arm twice, expected two arms";
 
-/** A trajectory of one tip, alone or with a constant or moving relative position of two tips. SI. */
+/** Desired orientation of a further task over the trajectory. */
+enum class Heading {
+  kStart,      ///< kept as at the start
+  kTangent,    ///< the z axis along the path, with the smallest rotation from one point to the next
+  kWaypoints,  ///< rotations from the start, with slerp between them
+};
+
+/** Rotation from the orientation at the start, at a fraction of the path. */
+struct HeadingWaypoint {
+  double at = 1.0;                                     ///< 0 to 1, by points
+  Eigen::Vector3d rotation = Eigen::Vector3d::Zero();  ///< rotation vector, rad, frame of the task's orientation
+};
+
+/** A task beside the tip and the relative position, of any other kind in kinematics/tasks/task_kind.h. */
+struct FurtherTask {
+  TaskKind kind = TaskKind::kTipAxis;
+  int priority = 0;  ///< index in the list of all tasks; 0: the highest
+  int arm = 0, other_arm = 0;
+  std::string arm_name, other_arm_name;  ///< as in TrajectorySpec
+  Heading heading = Heading::kStart;
+  std::vector<HeadingWaypoint> waypoints;                      ///< in ascending order; Heading::kWaypoints
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();            ///< of look_at, m, robot base frame
+  double tolerance = std::numeric_limits<double>::infinity();  ///< rad; infinite: points are reached without it
+
+  bool relative() const noexcept { return kinematics::findTaskKind(kind)->relative(); }
+};
+
+/// Most further tasks: the tip is always one of the tasks.
+inline constexpr int kMaxFurther = kMaxTasks - 1;
+
+/** A trajectory of one tip, alone or with a constant or moving relative position of two tips, and with further tasks.
+ * SI. */
 struct TrajectorySpec {
   std::string name;
   int arm = 0;        ///< arm whose tip follows the shape
@@ -67,6 +100,7 @@ struct TrajectorySpec {
   int point_count = 100;  ///< points after the start, evenly spaced by arc length
   std::vector<Shape>
       relative;  ///< empty: constant relative position; one shape: it moves along this, synchronously with the tip
+  std::vector<FurtherTask> further;  ///< at most kMaxFurther, one less with a relative position, by priority
   Following following = Following::kPointByPoint;
   double tolerance = 0.88e-3;    ///< m
   int max_iterations = 100;      ///< per point
@@ -75,37 +109,56 @@ struct TrajectorySpec {
   double acceleration = 5e-3;    ///< m/s^2, timed following
 
   bool hasRelative() const { return other_arm != kNoArm; }
-  /// The arms of its tasks.
-  std::vector<int> arms() const { return hasRelative() ? std::vector{arm, other_arm} : std::vector{arm}; }
+  /// The arms of its tasks: the one of the tip first; further ones may come twice.
+  std::vector<int> arms() const;
+  int taskCount() const noexcept { return (hasRelative() ? 2 : 1) + static_cast<int>(further.size()); }
+  /// The same trajectory without further tasks.
+  TrajectorySpec ofPositions() const;
   /// What is wrong with its arms for a robot with `count` of them; empty: nothing.
   std::string wrongArms(int count) const;
 };
 
-/** One point of a sampled trajectory: desired tip and relative position, m, robot base frame. Without a relative
- * position that is zero, as wanted and as measured. */
+/** One point of a sampled trajectory: desired tip and relative position, m, robot base frame, and the places of further
+ * tasks. Without a relative position that is zero, as wanted and as measured. */
 struct TrajectoryPoint {
   Eigen::Vector3d tip;
   Eigen::Vector3d relative;
+  std::array<kinematics::TaskPlace, kMaxFurther> further{};  ///< in the order of TrajectorySpec::further
 };
 
-/// The point at which the trajectory's tips are. @param tip  position of the tip of an arm, m
-template <class Tip>
-TrajectoryPoint pointAt(const TrajectorySpec& spec, Tip tip) {
-  const Eigen::Vector3d own = tip(spec.arm);
-  if (!spec.hasRelative())
-    return {own, Eigen::Vector3d::Zero()};
-  return {own, own - tip(spec.other_arm)};
+/// The point at which the trajectory's tips are. @param pose  robot base frame <- tip of an arm
+template <class Pose>
+TrajectoryPoint pointAt(const TrajectorySpec& spec, Pose pose) {
+  const Eigen::Vector3d own = pose(spec.arm).translation();
+  TrajectoryPoint point{own, Eigen::Vector3d::Zero()};
+  if (spec.hasRelative())
+    point.relative = own - pose(spec.other_arm).translation();
+  for (std::size_t k = 0; k < spec.further.size(); ++k) {
+    const FurtherTask& task = spec.further[k];
+    const Eigen::Isometry3d tip = pose(task.arm);
+    point.further[k] = kinematics::findTaskKind(task.kind)->place(tip, task.relative() ? pose(task.other_arm) : tip);
+  }
+  return point;
 }
 
-/// Tasks of a point: the relative position, if there is one, then the tip. @param velocity  feed-forward, m/s
+/// Point on the straight line from one point to another, orientations by slerp. @param share  0 to 1
+TrajectoryPoint between(const TrajectorySpec& spec,
+                        const TrajectoryPoint& from,
+                        const TrajectoryPoint& to,
+                        double share) noexcept;
+
+/// Tasks of a point: the relative position, if there is one, then the tip, with the further tasks at their priorities;
+/// feed-forward zero.
+Reference referenceTo(const TrajectorySpec& spec, const TrajectoryPoint& point) noexcept;
+/// The same with feed-forward from one point to another in a time, s.
 Reference referenceTo(const TrajectorySpec& spec,
                       const TrajectoryPoint& point,
-                      const TrajectoryPoint& velocity) noexcept;
+                      const TrajectoryPoint& from,
+                      const TrajectoryPoint& to,
+                      double time) noexcept;
 
 /** Samples the trajectory from a start: point_count points, without the start itself. @throw std::invalid_argument for
  * an empty or degenerate shape. */
-std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec,
-                                    const Eigen::Vector3d& tip_start,
-                                    const Eigen::Vector3d& relative_start);
+std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec, const TrajectoryPoint& start);
 
 }  // namespace tandem::planning

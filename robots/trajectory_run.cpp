@@ -18,9 +18,7 @@ std::optional<planning::TrajectoryPoint> TrajectoryRun::place(const planning::Tr
     if (!now.valid[k] || (now.tips && !now.tips->arm[k].known))
       return {};
   }
-  return planning::pointAt(spec, [&](int arm) -> Eigen::Vector3d {
-    return now.tips ? now.tips->arm[static_cast<std::size_t>(arm)].position : tips_.tip(arm).pose.translation();
-  });
+  return planning::pointAt(spec, [&](int arm) { return planning::measuredPose(tips_.tip(arm).pose, now.tips, arm); });
 }
 
 std::string TrajectoryRun::start(const std::string& text,
@@ -32,7 +30,7 @@ std::string TrajectoryRun::start(const std::string& text,
   const auto at = place(spec, now);
   if (!at)
     return "no valid actuation/state yet";
-  follower_.start(spec, at->tip, at->relative, std::move(postures));
+  follower_.start(spec, *at, std::move(postures));
   return {};
 }
 
@@ -40,7 +38,7 @@ std::string TrajectoryRun::update(const Measured& now, planning::Reference& refe
   const auto at = place(follower_.spec(), now);
   if (!at)
     return now.tips ? "the measured joints or tips are not valid" : "the measured joints are not valid";
-  follower_.update(at->tip, at->relative, reference);
+  follower_.update(*at, reference);
   return {};
 }
 

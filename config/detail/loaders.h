@@ -4,6 +4,8 @@
 
 #include <filesystem>
 #include <functional>
+#include <limits>
+#include <optional>
 #include <string>
 
 #include "config/config.h"
@@ -55,11 +57,25 @@ sim::PlantOptions readPlant(const Map& map, const std::function<Robot()>& robot)
 /// Reads the `teleoperation` of a deployment. @throw Error at a name used twice, an empty box, a normal of zero length.
 Teleoperation readTeleoperation(const Map& map);
 
+/** A task beside the tip and the relative position; arms by name, letter or index. */
+struct TrajectoryFurther {
+  std::string arm;
+  std::vector<std::string> arms;  ///< of kinds with two arms
+  planning::Heading desired = planning::Heading::kStart;
+  std::vector<planning::HeadingWaypoint> waypoints;
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();            ///< m
+  double tolerance = std::numeric_limits<double>::infinity();  ///< rad
+};
+
 /** One of the `tasks` of a trajectory; arms by name, letter or index. */
 struct TrajectoryTask {
   std::string tip;
   std::vector<std::string> relative;
+  std::optional<TrajectoryFurther> axis, orientation, relative_orientation, look_at;
 };
+
+/// Reads `tasks`, of which `arm` and `other_arm` are the short form.
+void readTasks(const Map& map, planning::TrajectorySpec& spec);
 
 /// Reads a trajectory without its `tandem` key. @param folder base of CSV paths; empty: CSV files are refused.
 planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::path& folder);

@@ -46,6 +46,22 @@ test("a finished run names its tasks, errors, gate, distance and limits", () => 
   });
 });
 
+test("errors of axes and orientations are in degrees", () => {
+  const run = {
+    ...kRun,
+    task_count: 4,
+    task_other_arm: Uint8Array.of(0, 0, 1, 0),
+    task_kind: Uint8Array.of(TaskKind.tipPosition, TaskKind.tipAxis, TaskKind.relativeOrientation, TaskKind.lookAt),
+    rms: Float64Array.of(1e-5, Math.PI / 180, Math.PI / 90, 0),
+  };
+  expect(describeSummary(run, ["a", "b"]).lines.slice(0, 4)).toEqual([
+    "error, tip of A: RMS 0.010, 95 % within 0.020, maximum 0.030 mm",
+    "error, axis of B: RMS 1.000, 95 % within 0.172, maximum 0.229 deg",
+    "error, relative orientation of A and B: RMS 2.000, 95 % within 0.000, maximum 0.000 deg",
+    "error, direction of view of A: RMS 0.000, 95 % within 0.000, maximum 0.000 deg",
+  ]);
+});
+
 test("a missed point, an overlap and an ended run are said", () => {
   const missed = describeSummary({ ...kRun, phase: Phase.failed, reason: "missed 8 of 12 points" }, ["a", "b"]);
   expect(missed.headline).toContain("circle: failed: missed 8 of 12 points; ");

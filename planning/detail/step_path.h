@@ -40,7 +40,6 @@ class StepPath {
                const std::function<bool()>& cancelled) const;
 
  private:
-  Reference referenceTo(const TrajectoryPoint& point) const;
   /// Of relative position and tip, m, of a step.
   std::pair<double, double> errorsOf(const TrackResult& result) const;
   /// @return distance of the tips from the point, m; infinite if a step fails.

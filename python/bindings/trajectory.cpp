@@ -12,7 +12,7 @@ namespace {
 Eigen::Vector3d point(const Array& array, const std::string& name) { return Rows(array, 3, name)[0]; }
 
 py::tuple samples(const Trajectory& trajectory, const Array& tip, const Array& relative) {
-  const auto points = planning::sample(trajectory.spec, point(tip, "tip"), point(relative, "relative"));
+  const auto points = planning::sample(trajectory.spec.ofPositions(), {point(tip, "tip"), point(relative, "relative")});
   const auto count = static_cast<py::ssize_t>(points.size());
   Array tips({count, py::ssize_t{3}}), relatives({count, py::ssize_t{3}});
   for (std::size_t i = 0; i < points.size(); ++i) {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "config/arm_names.h"
 #include "planning/follower.h"
 
 namespace tandem::client {
@@ -18,21 +19,19 @@ std::string format(const char* text, Values... values) {
   return line.data();
 }
 
-std::string armName(const config::Robot& robot, std::uint8_t arm) {
-  return arm < robot.arms.size() ? robot.arms[arm].name : "arm " + std::to_string(arm);
+/// Whether the errors of a task are angles. @param task  index, below task_count
+bool isAngular(const dds::RunSummary& summary, std::size_t task) {
+  const auto* kind = kinematics::findTaskKind(static_cast<planning::TaskKind>(summary.task_kind[task]));
+  return kind != nullptr && kind->unit == kinematics::TaskUnit::kRadian;
 }
 
-/// "relative position of arm_a and arm_b". @param task  index, below task_count
+/// "relative position of arm_a and arm_b".
 std::string describeTask(const dds::RunSummary& summary, std::size_t task, const config::Robot& robot) {
-  const std::string arm = armName(robot, summary.task_arm[task]);
-  switch (static_cast<planning::TaskKind>(summary.task_kind[task])) {
-    case planning::TaskKind::kRelativePosition:
-      return "relative position of " + arm + " and " + armName(robot, summary.task_other_arm[task]);
-    case planning::TaskKind::kObjectPose:
-      return "common object";
-    default:
-      return "tip of " + arm;
-  }
+  planning::TaskReference reference;
+  reference.kind = static_cast<planning::TaskKind>(summary.task_kind[task]);
+  reference.arm = summary.task_arm[task];
+  reference.other_arm = summary.task_other_arm[task];
+  return describe(reference, config::armList(robot));
 }
 
 }  // namespace
@@ -50,11 +49,13 @@ nlohmann::ordered_json summaryJson(const dds::RunSummary& summary, const config:
                               {"limits", nlohmann::ordered_json::array()}};
   if (std::isfinite(summary.least_clearance))
     json["least_clearance_m"] = summary.least_clearance;
-  for (std::size_t k = 0; k < summary.task_count; ++k)
+  for (std::size_t k = 0; k < summary.task_count; ++k) {
+    const std::string unit = isAngular(summary, k) ? "_rad" : "_m";
     json["tasks"].push_back({{"task", describeTask(summary, k, robot)},
-                             {"rms_m", summary.rms[k]},
-                             {"percentile_95_m", summary.percentile_95[k]},
-                             {"maximum_m", summary.maximum[k]}});
+                             {"rms" + unit, summary.rms[k]},
+                             {"percentile_95" + unit, summary.percentile_95[k]},
+                             {"maximum" + unit, summary.maximum[k]}});
+  }
   for (std::size_t k = 0; k < std::min(summary.limits.size(), summary.limit_shares.size()); ++k)
     json["limits"].push_back({{"limit", summary.limits[k]}, {"share", summary.limit_shares[k]}});
   return json;
@@ -75,10 +76,16 @@ std::string describeEnd(const nlohmann::ordered_json& summary) {
 std::string describeSummary(const nlohmann::ordered_json& summary) {
   std::string text;
   const auto millimetres = [](const nlohmann::ordered_json& metres) { return 1e3 * metres.get<double>(); };
-  for (const auto& task : summary["tasks"])
-    text +=
-        format("  error, %s: RMS %.3f, 95 %% within %.3f, maximum %.3f mm\n", task["task"].get<std::string>().c_str(),
-               millimetres(task["rms_m"]), millimetres(task["percentile_95_m"]), millimetres(task["maximum_m"]));
+  for (const auto& task : summary["tasks"]) {
+    const bool angular = task.contains("rms_rad");
+    const std::string unit = angular ? "_rad" : "_m";
+    const auto value = [&](const char* key) {
+      return task[key + unit].template get<double>() * (angular ? 180.0 / M_PI : 1e3);
+    };
+    text += format("  error, %s: RMS %.3f, 95 %% within %.3f, maximum %.3f %s\n",
+                   task["task"].template get<std::string>().c_str(), value("rms"), value("percentile_95"),
+                   value("maximum"), angular ? "deg" : "mm");
+  }
   text += format("  points reached: %u of %u; time %.1f s; gate: %llu interventions\n",
                  summary["reached"].get<unsigned>(), summary["points"].get<unsigned>(),
                  summary["duration_s"].get<double>(), summary["gate_interventions"].get<unsigned long long>());

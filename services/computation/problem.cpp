@@ -137,8 +137,8 @@ void ComputationProblem::readTrajectory() {
     planning::TrajectorySpec coarse = spec;
     coarse.point_count = 1;
     const planning::TrajectoryPoint at =
-        planning::pointAt(spec, [&](int arm) { return tips[static_cast<std::size_t>(arm)].pose.translation(); });
-    planning::sample(coarse, at.tip, at.relative);
+        planning::pointAt(spec, [&](int arm) { return tips[static_cast<std::size_t>(arm)].pose; });
+    planning::sample(coarse, at);
   } catch (const std::invalid_argument& error) {
     throw Refusal(msg::ReplyCode::kMalformed, error.what());
   }

@@ -13,23 +13,35 @@ export interface SummaryText {
   bad: boolean;
 }
 
+/** Tasks of angles, with errors in degrees. */
+const kAngles: Partial<Record<number, string>> = {
+  [TaskKind.tipAxis]: "axis of",
+  [TaskKind.tipOrientation]: "orientation of",
+  [TaskKind.relativeOrientation]: "relative orientation of",
+  [TaskKind.lookAt]: "direction of view of",
+};
+
 /** @param arms  names, in the robot's order */
 export function describeSummary(summary: RunSummary, arms: readonly string[]): SummaryText {
   const arm = (k: number): string => shortName(arms[k] ?? String(k));
   const task = (k: number): string => {
     const own = arm(summary.task_arm[k] ?? 0);
-    if (summary.task_kind[k] === TaskKind.relativePosition)
-      return `relative position of ${own} and ${arm(summary.task_other_arm[k] ?? 0)}`;
+    const both = `${own} and ${arm(summary.task_other_arm[k] ?? 0)}`;
+    const angle = kAngles[summary.task_kind[k] ?? 0];
+    if (angle !== undefined)
+      return `${angle} ${summary.task_kind[k] === TaskKind.relativeOrientation ? both : own}`;
+    if (summary.task_kind[k] === TaskKind.relativePosition) return `relative position of ${both}`;
     return summary.task_kind[k] === TaskKind.objectPose ? "common object" : `tip of ${own}`;
   };
   const lines: string[] = [];
   const overlap = summary.least_clearance < 0;
   if (overlap) lines.push(`WARNING: bodies overlapped by up to ${millimetres(-summary.least_clearance, 3)} mm`);
   for (let k = 0; k < summary.task_count; ++k) {
+    const angular = kAngles[summary.task_kind[k] ?? 0] !== undefined;
     const [rms, percentile, most] = [summary.rms, summary.percentile_95, summary.maximum].map((of) =>
-      millimetres(of[k] ?? NaN, 3),
+      angular ? (((of[k] ?? NaN) * 180) / Math.PI).toFixed(3) : millimetres(of[k] ?? NaN, 3),
     );
-    lines.push(`error, ${task(k)}: RMS ${rms}, 95 % within ${percentile}, maximum ${most} mm`);
+    lines.push(`error, ${task(k)}: RMS ${rms}, 95 % within ${percentile}, maximum ${most} ${angular ? "deg" : "mm"}`);
   }
   lines.push(`interventions of the safety gate: ${summary.gate_interventions}`);
   if (!overlap && Number.isFinite(summary.least_clearance))

@@ -4,11 +4,13 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "config/arm_names.h"
 #include "config/robot_files.h"
 #include "experiments/comparison.h"
 #include "experiments/csv.h"
@@ -125,16 +127,32 @@ void addResults(const Results& r, nlohmann::ordered_json& line) {
   line["largest_excess_mm"] = 1e3 * r.largest_excess;
 }
 
+nlohmann::ordered_json furtherJson(const std::vector<experiments::RunSummary>& runs, const config::Robot& robot) {
+  constexpr double kDegrees = 180.0 / M_PI;
+  nlohmann::ordered_json json = nlohmann::ordered_json::array();
+  for (const experiments::RunSummary& run : runs) {
+    for (const experiments::FurtherErrors& further : run.further)
+      json.push_back({{"run", run.key.name()},
+                      {"task", describe(further.task, config::shortArmNames(robot))},
+                      {"mean_deg", kDegrees * further.errors.mean},
+                      {"rms_deg", kDegrees * further.errors.rms},
+                      {"max_deg", kDegrees * further.errors.max}});
+  }
+  return json;
+}
+
 nlohmann::ordered_json tableJson(const std::vector<experiments::ComparisonRow>& rows,
                                  const std::vector<experiments::RunSummary>& runs,
                                  double seconds,
-                                 const ExperimentCommand& options) {
+                                 const ExperimentCommand& options,
+                                 const config::Robot& robot) {
   nlohmann::ordered_json json{{"seconds", seconds}, {"gate", options.gate}, {"rows", nlohmann::ordered_json::array()}};
   json["failures"] = nlohmann::ordered_json::array();
   for (const experiments::RunSummary& run : runs) {
     if (!run.failure.empty())
       json["failures"].push_back({{"run", run.key.name()}, {"iterations", run.iterations}, {"why", run.failure}});
   }
+  json["further"] = furtherJson(runs, robot);
   json["snaps"] = nlohmann::ordered_json::array();
   for (const experiments::RunSummary& run : runs) {
     if (run.snaps.count > 0)
@@ -238,10 +256,11 @@ int runExperiment(ExperimentCommand options) {
   for (const auto& run : summaries)
     good = good && run.failure.empty();
   if (options.json) {
-    std::cout << tableJson(rows, summaries, seconds, options).dump(2) << '\n';
+    std::cout << tableJson(rows, summaries, seconds, options, robot).dump(2) << '\n';
   } else {
     std::cout << experiments::formatTable(rows, options.by_configuration, options.gateOn())
-              << experiments::formatSnaps(summaries) << experiments::formatFailures(summaries);
+              << experiments::formatFurther(summaries, robot) << experiments::formatSnaps(summaries)
+              << experiments::formatFailures(summaries);
     std::printf("%zu runs in %.1f s, %s\n", plans.size(), seconds,
                 !options.gateOn()                                  ? "in one process, without the gate"
                 : options.offline                                  ? "in one process"

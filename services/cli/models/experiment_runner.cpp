@@ -197,7 +197,7 @@ experiments::StepData dataOf(const dds::PlanningReference& reference) {
 }
 
 void addSolution(const dds::ControlStatus& status, experiments::StepData& data) {
-  data.scale = {status.task_scale[0], status.task_scale[1]};
+  data.scale = status.task_scale;
   data.solver_iterations = status.iterations;
   data.active_limits = status.active_limits;
 }
@@ -226,6 +226,7 @@ bool ExperimentRunner::addRow(experiments::RunRecord& record, const dds::Plannin
     if (tips->second.valid[static_cast<std::size_t>(k)] == 0)
       throw RunEnded("the plant has no equilibrium for these joints");
     data.tip[static_cast<std::size_t>(k)] = dds::tipPosition(tips->second, k);
+    data.orientation[static_cast<std::size_t>(k)] = dds::tipOrientation(tips->second, k);
   }
   addSolution(status->second, data);
   data.gate_actions = actions_after->second - actions_before->second;
@@ -258,6 +259,7 @@ void ExperimentRunner::addModelTips(experiments::StepData& data) {
     if (status != kinematics::ModelStatus::kOk)
       throw RunEnded(arm_names_[i] + ": " + std::string(kinematics::describe(status)));
     data.tip[i] = tip.pose.translation();
+    data.orientation[i] = tip.pose.linear();
   }
 }
 

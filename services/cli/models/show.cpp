@@ -181,7 +181,7 @@ Json pathJson(const std::string& name, const Places& path) {
 /// @param start  of the tip, m
 Json trajectoryJson(const planning::TrajectorySpec& spec, const Eigen::Vector3d& start) {
   Places path{start};
-  for (const planning::TrajectoryPoint& point : planning::sample(spec, start, Eigen::Vector3d::Zero()))
+  for (const planning::TrajectoryPoint& point : planning::sample(spec.ofPositions(), {start, Eigen::Vector3d::Zero()}))
     path.push_back(point.tip);
   Json json = pathJson(spec.name, path);
   if (spec.following == planning::Following::kTimed)

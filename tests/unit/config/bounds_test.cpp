@@ -173,7 +173,7 @@ void useExperiment(const std::filesystem::path& file) { loadExperiment(file); }
 void useTrajectory(const std::filesystem::path& file) {
   const planning::TrajectorySpec spec = loadTrajectory(file);
   const Eigen::Vector3d start = Eigen::Vector3d::Zero();
-  EXPECT_EQ(planning::sample(spec, start, start).size(), static_cast<std::size_t>(spec.point_count));
+  EXPECT_EQ(planning::sample(spec, {start, start}).size(), static_cast<std::size_t>(spec.point_count));
 }
 
 void usePath(const std::filesystem::path& file) {

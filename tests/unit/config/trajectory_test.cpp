@@ -94,9 +94,10 @@ TEST(Trajectory, TasksSayWhatIsTracked) {
   const std::pair<const char*, const char*> refused[] = {
       {"tasks: [{tip: a}]\narm: a\n", "arm: found both tasks and arm, which is a short form of it"},
       {"tasks: [{tip: a}]\nrelative: hold\n", "relative: found without a task `relative: [a, b]`"},
-      {"tasks: [{relative: [a, b]}]\n", "tasks: found other tasks, expected `tip` alone, or `relative` and then `tip`"},
+      {"tasks: [{relative: [a, b]}]\n",
+       "tasks: found other tasks, expected one `tip`, at most one `relative` before it"},
       {"tasks: [{tip: a}, {relative: [a, b]}]\n", "tasks: found other tasks"},
-      {"tasks: [{tip: a}, {tip: b}]\n", "tasks: found other tasks"},
+      {"tasks: [{tip: a}, {tip: b}]\n", "tasks[1]: found `tip` twice, expected it once"},
       {"tasks: [{relative: [b, a]}, {tip: a}]\n", "relative[0]: found another arm first than that of `tip`"},
       {"tasks: [{relative: [a, a]}, {tip: a}]\n", "tasks[0].relative"},
       {"tasks: [{relative: [a, b, c]}, {tip: a}]\n", "tasks[0].relative: found a list of 3, expected a list of 2"},

@@ -63,10 +63,10 @@ TEST(ErrorStatistics, OfARunAreThoseOfItsTasks) {
     spec.acceleration = 2e-3;
     planning::Follower follower(kPeriod);
     const Eigen::Vector3d start(0, 0, 0.3), relative(0, 0.01, 0);
-    follower.start(spec, start, relative);
+    follower.start(spec, {start, relative});
     planning::Reference reference;
     Eigen::Vector3d tip = start;
-    while (follower.update(tip, relative, reference))
+    while (follower.update({tip, relative}, reference))
       tip = reference.tasks[1].position + Eigen::Vector3d(kLag, 0, 0);
     ASSERT_EQ(follower.errors().size(), 2u);
     const planning::ErrorStatistics &between = follower.errors()[0], &of_tip = follower.errors()[1];

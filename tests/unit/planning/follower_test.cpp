@@ -22,11 +22,11 @@ planning::TrajectorySpec line(double length, int points) {
 
 TEST(Follower, ProtocolAsksForTheNextPointWhenWithinTolerance) {
   Follower follower(kPeriod);
-  follower.start(line(0.01, 10), kTip, kRelative);
+  follower.start(line(0.01, 10), {kTip, kRelative});
   Reference reference;
   Eigen::Vector3d tip = kTip;
   int updates = 0;
-  while (follower.update(tip, kRelative, reference)) {
+  while (follower.update({tip, kRelative}, reference)) {
     ++updates;
     ASSERT_EQ(reference.task_count, 2);
     EXPECT_EQ(reference.tasks[0].kind, planning::TaskKind::kRelativePosition);
@@ -49,10 +49,10 @@ TEST(Follower, ATipAloneIsOneTask) {
     spec.other_arm = planning::kNoArm;
     spec.following = following;
     Follower follower(kPeriod);
-    follower.start(spec, kTip, Eigen::Vector3d::Zero());
+    follower.start(spec, {kTip, Eigen::Vector3d::Zero()});
     Reference reference;
     Eigen::Vector3d tip = kTip;
-    while (follower.update(tip, Eigen::Vector3d::Zero(), reference)) {
+    while (follower.update({tip, Eigen::Vector3d::Zero()}, reference)) {
       ASSERT_EQ(reference.task_count, 1);
       ASSERT_EQ(reference.tasks[0].kind, planning::TaskKind::kTipPosition);
       ASSERT_EQ(reference.tasks[0].arm, 2);
@@ -69,10 +69,10 @@ TEST(Follower, GivesUpAPointAfterTheLimitAndSaysSo) {
   auto spec = line(0.01, 2);
   spec.max_iterations = 7;
   Follower follower(kPeriod);
-  follower.start(spec, kTip, kRelative);
+  follower.start(spec, {kTip, kRelative});
   Reference reference;
   int updates = 0;
-  while (follower.update(kTip, kRelative, reference))
+  while (follower.update({kTip, kRelative}, reference))
     ++updates;  // the arm does not move
   EXPECT_EQ(updates, 14);
   EXPECT_EQ(follower.progress().phase, Phase::kFailed);
@@ -83,22 +83,22 @@ TEST(Follower, JudgesTheRelativePositionToo) {
   auto spec = line(0.0005, 1);
   spec.max_iterations = 3;
   Follower follower(kPeriod);
-  follower.start(spec, kTip, kRelative);
+  follower.start(spec, {kTip, kRelative});
   Reference reference;
   const Eigen::Vector3d off = kRelative + Eigen::Vector3d(0.001, 0, 0);
-  while (follower.update(kTip + Eigen::Vector3d(0, 0, 0.0005), off, reference)) {
+  while (follower.update({kTip + Eigen::Vector3d(0, 0, 0.0005), off}, reference)) {
   }
   EXPECT_EQ(follower.progress().phase, Phase::kFailed);
 }
 
 TEST(Follower, PauseHoldsTheReferenceWithoutCounting) {
   Follower follower(kPeriod);
-  follower.start(line(0.01, 10), kTip, kRelative);
+  follower.start(line(0.01, 10), {kTip, kRelative});
   Reference reference, held;
-  ASSERT_TRUE(follower.update(kTip, kRelative, reference));
+  ASSERT_TRUE(follower.update({kTip, kRelative}, reference));
   follower.pause();
   for (int i = 0; i < 5; ++i) {
-    ASSERT_TRUE(follower.update(kTip, kRelative, held));
+    ASSERT_TRUE(follower.update({kTip, kRelative}, held));
     EXPECT_EQ(held.tasks[1].position, reference.tasks[1].position);
     EXPECT_TRUE(held.tasks[1].feed_forward.isZero());
   }
@@ -106,7 +106,7 @@ TEST(Follower, PauseHoldsTheReferenceWithoutCounting) {
   follower.resume();
   EXPECT_EQ(follower.progress().phase, Phase::kRunning);
   follower.stop();
-  EXPECT_FALSE(follower.update(kTip, kRelative, reference));
+  EXPECT_FALSE(follower.update({kTip, kRelative}, reference));
 }
 
 TEST(Follower, TimedReferenceKeepsSpeedAndAcceleration) {
@@ -115,11 +115,11 @@ TEST(Follower, TimedReferenceKeepsSpeedAndAcceleration) {
   spec.speed = 4e-3;
   spec.acceleration = 2e-3;
   Follower follower(kPeriod);
-  follower.start(spec, kTip, kRelative);
+  follower.start(spec, {kTip, kRelative});
   Reference reference;
   Eigen::Vector3d tip = kTip, last = kTip;
   double last_speed = 0.0, time = 0.0;
-  while (follower.update(tip, kRelative, reference)) {
+  while (follower.update({tip, kRelative}, reference)) {
     const double speed = (reference.tasks[1].position - last).norm() / kPeriod;
     EXPECT_LE(speed, spec.speed * (1 + 1e-9));
     EXPECT_LE(std::abs(speed - last_speed), spec.acceleration * kPeriod * (1 + 1e-6));
@@ -140,10 +140,10 @@ TEST(Follower, TimedRunThatMissesPointsOnTheWayFails) {
   spec.speed = 4e-3;
   spec.acceleration = 2e-3;
   Follower follower(kPeriod);
-  follower.start(spec, kTip, kRelative);
+  follower.start(spec, {kTip, kRelative});
   Reference reference;
   Eigen::Vector3d tip = kTip;
-  while (follower.update(tip, kRelative, reference)) {
+  while (follower.update({tip, kRelative}, reference)) {
     const double asked = reference.tasks[1].position.z() + kPeriod * reference.tasks[1].feed_forward.z() - kTip.z();
     const bool stands = asked > 0.008 && asked < 0.012;
     tip.z() = kTip.z() + (stands ? 0.008 : asked);
@@ -159,7 +159,7 @@ TEST(Follower, TimedRunThatMissesPointsOnTheWayFails) {
 
 TEST(Follower, RefusesAShapeWithoutLengthAndStaysIdle) {
   Follower follower(kPeriod);
-  EXPECT_THROW(follower.start(line(0.0, 10), kTip, kRelative), std::invalid_argument);
+  EXPECT_THROW(follower.start(line(0.0, 10), {kTip, kRelative}), std::invalid_argument);
   EXPECT_EQ(follower.progress().phase, Phase::kIdle);
 }
 

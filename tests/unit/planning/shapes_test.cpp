@@ -27,7 +27,7 @@ double largestSpacing(const std::vector<planning::TrajectoryPoint>& points) {
 }
 
 TEST(Shapes, RectangleClosesWithEvenSpacing) {
-  const auto points = sample(spec(planning::Rectangle{{-0.02, 0, 0}, {0, 0, 0.02}}), kStart, kRelative);
+  const auto points = sample(spec(planning::Rectangle{{-0.02, 0, 0}, {0, 0, 0.02}}), {kStart, kRelative});
   ASSERT_EQ(points.size(), 100u);
   EXPECT_NEAR(largestSpacing(points), 0.8e-3, 1e-12);
   EXPECT_TRUE(points[24].tip.isApprox(kStart + Eigen::Vector3d(-0.02, 0, 0)));
@@ -39,7 +39,7 @@ TEST(Shapes, RectangleClosesWithEvenSpacing) {
 
 TEST(Shapes, LissajousStartsAndEndsAtTheStart) {
   planning::Lissajous shape{{0, 0.01, 0.01}, {0, 1, 2}, {0, 0, 0}};
-  const auto points = sample(spec(shape), kStart, kRelative);
+  const auto points = sample(spec(shape), {kStart, kRelative});
   EXPECT_LT((points.back().tip - kStart).norm(), 1e-12);
   for (const auto& point : points) {
     const Eigen::Vector3d d = point.tip - kStart;
@@ -52,19 +52,19 @@ TEST(Shapes, LissajousStartsAndEndsAtTheStart) {
 
 TEST(Shapes, CircleKeepsItsRadius) {
   planning::Circle shape{{0.01, 0, 0}, {0, 0, 2}, 1.5};
-  const auto points = sample(spec(shape), kStart, kRelative);
+  const auto points = sample(spec(shape), {kStart, kRelative});
   const Eigen::Vector3d center = kStart + Eigen::Vector3d(0.01, 0, 0);
   for (const auto& point : points)
     EXPECT_NEAR((point.tip - center).norm(), 0.01, 1e-8);
   EXPECT_LT((points.back().tip - (center + Eigen::Vector3d(0.01, 0, 0))).norm(), 1e-9);  // after another half turn
   shape.normal = {1, 0, 0};
-  EXPECT_THROW(sample(spec(shape), kStart, kRelative), std::invalid_argument);
+  EXPECT_THROW(sample(spec(shape), {kStart, kRelative}), std::invalid_argument);
 }
 
 TEST(Shapes, RelativePositionMovesInStep) {
   auto s = spec(planning::Line{{0, 0, 0.01}}, 10);
   s.relative = {planning::Line{{0, 0.002, 0}}};
-  const auto points = sample(s, kStart, kRelative);
+  const auto points = sample(s, {kStart, kRelative});
   for (int i = 0; i < 10; ++i) {
     EXPECT_TRUE(points[i].relative.isApprox(kRelative + Eigen::Vector3d(0, 0.0002 * (i + 1), 0), 1e-12));
   }
@@ -72,14 +72,15 @@ TEST(Shapes, RelativePositionMovesInStep) {
 
 TEST(Shapes, WaypointsAreOffsetsUnlessAbsolute) {
   planning::Waypoints shape{{{0.001, 0, 0}, {0.001, 0.002, 0}}, false};
-  EXPECT_TRUE(sample(spec(shape, 3), kStart, kRelative).back().tip.isApprox(kStart + Eigen::Vector3d(0.001, 0.002, 0)));
+  EXPECT_TRUE(
+      sample(spec(shape, 3), {kStart, kRelative}).back().tip.isApprox(kStart + Eigen::Vector3d(0.001, 0.002, 0)));
   shape.absolute = true;
-  EXPECT_TRUE(sample(spec(shape, 3), kStart, kRelative).back().tip.isApprox(Eigen::Vector3d(0.001, 0.002, 0)));
+  EXPECT_TRUE(sample(spec(shape, 3), {kStart, kRelative}).back().tip.isApprox(Eigen::Vector3d(0.001, 0.002, 0)));
 }
 
 TEST(Shapes, WithoutLengthAreRefused) {
-  EXPECT_THROW(sample(spec(planning::Line{}), kStart, kRelative), std::invalid_argument);
-  EXPECT_THROW(sample(spec(planning::Line{{0, 0, 0.01}}, 0), kStart, kRelative), std::invalid_argument);
+  EXPECT_THROW(sample(spec(planning::Line{}), {kStart, kRelative}), std::invalid_argument);
+  EXPECT_THROW(sample(spec(planning::Line{{0, 0, 0.01}}, 0), {kStart, kRelative}), std::invalid_argument);
 }
 
 }  // namespace

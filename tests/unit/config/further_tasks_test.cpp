@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <numbers>
+
+#include "config/config.h"
+#include "support.h"
+#include "tests/unit/safety/random_arm.h"
+
+namespace tandem::config::test {
+namespace {
+
+using planning::TrajectorySpec;
+using Dice = tandem::test::Random;
+
+TrajectorySpec parsedTrajectory(const std::string& text) { return parseTrajectory(text, "text", {}); }
+
+TEST(FurtherTasks, ReachTheirFields) {
+  using planning::Heading;
+  using planning::TaskKind;
+  const TrajectorySpec spec = parsedTrajectory(
+      "tandem: trajectory/1\nname: x\nshape: {line: {displacement_mm: [1, 0, 0]}}\ntasks:\n"
+      "  - look_at: {arm: b, target_mm: [1, 2, 300], tolerance_deg: 2}\n"
+      "  - relative: [a, b]\n"
+      "  - tip: a\n"
+      "  - relative_orientation:\n"
+      "      arms: [a, b]\n"
+      "      desired: waypoints\n"
+      "      waypoints: [{at: 0.5, rotation_deg: [0, 0, 30]}, {at: 1, rotation_deg: [90, 0, 0]}]\n");
+  EXPECT_EQ(spec.arm, 0);
+  EXPECT_EQ(spec.other_arm, 1);
+  ASSERT_EQ(spec.further.size(), 2u);
+  const planning::FurtherTask &first = spec.further[0], &last = spec.further[1];
+  EXPECT_EQ(first.kind, TaskKind::kLookAt);
+  EXPECT_EQ(first.priority, 0);
+  EXPECT_EQ(first.arm, 1);
+  EXPECT_TRUE(first.target.isApprox(Eigen::Vector3d(1e-3, 2e-3, 0.3)));
+  EXPECT_DOUBLE_EQ(first.tolerance, 2 * std::numbers::pi / 180);
+  EXPECT_EQ(last.kind, TaskKind::kRelativeOrientation);
+  EXPECT_EQ(last.priority, 3);
+  EXPECT_EQ(std::pair(last.arm, last.other_arm), (std::pair{0, 1}));
+  EXPECT_EQ(last.heading, Heading::kWaypoints);
+  ASSERT_EQ(last.waypoints.size(), 2u);
+  EXPECT_EQ(last.waypoints[0].at, 0.5);
+  EXPECT_TRUE(last.waypoints[1].rotation.isApprox(Eigen::Vector3d(std::numbers::pi / 2, 0, 0)));
+  EXPECT_TRUE(std::isinf(last.tolerance));
+  const TrajectorySpec kept = parsedTrajectory(
+      "tandem: trajectory/1\nname: x\nshape: {line: {displacement_mm: [1, 0, 0]}}\n"
+      "tasks: [{tip: a}, {axis: {arm: a}}, {orientation: {arm: a, desired: tangent}}]\n");
+  ASSERT_EQ(kept.further.size(), 2u);
+  EXPECT_EQ(kept.further[0].kind, TaskKind::kTipAxis);
+  EXPECT_EQ(kept.further[0].heading, Heading::kStart);
+  EXPECT_EQ(kept.further[1].kind, TaskKind::kTipOrientation);
+  EXPECT_EQ(kept.further[1].heading, Heading::kTangent);
+}
+
+TEST(FurtherTasks, ThatMakeNoSenseAreRefusedAtTheirPlace) {
+  const std::string tasks = "tasks: [{tip: a}, {axis: {arm: a}}]";
+  const std::string text =
+      "tandem: trajectory/1\nname: x\nshape: {line: {displacement_mm: [1, 0, 0]}}\n" + tasks + "\n";
+  const auto with = [](const std::string& task) { return "tasks: [{tip: a}, " + task + "]"; };
+  const std::string turn = "{at: 1, rotation_deg: [0, 0, 1]}";
+  const Refusal refusals[] = {
+      {tasks, with("{axis: {}}"), "{}", 0, "tasks[1].axis.arm", "a required key"},
+      {tasks, with("{axis: {arm: a, desired: along}}"), "along", 0, "tasks[1].axis.desired",
+       "expected one of start, tangent, waypoints"},
+      {tasks, with("{axis: {arm: a, desired: waypoints}}"), "{arm", 0, "tasks[1].axis.waypoints", "found none"},
+      {tasks, with("{axis: {arm: a, waypoints: [" + turn + "]}}"), "[{at", 0, "tasks[1].axis.waypoints",
+       "found waypoints without `desired: waypoints`"},
+      {tasks, with("{axis: {arm: a, desired: waypoints, waypoints: [" + turn + ", " + turn + "]}}"), "[{at", 0,
+       "tasks[1].axis.waypoints", "expected ascending values"},
+      {tasks, with("{axis: {arm: a, desired: waypoints, waypoints: [{at: 2, rotation_deg: [0, 0, 1]}]}}"), "2, rot", 0,
+       "tasks[1].axis.waypoints[0].at", "found 2, expected"},
+      {tasks, with("{axis: {arm: a, tolerance_deg: 0}}"), "0}}", 0, "tasks[1].axis.tolerance_deg", "found 0"},
+      {tasks, with("{relative_orientation: {arms: [a]}}"), "[a]", 0, "tasks[1].relative_orientation.arms",
+       "found a list of 1, expected a list of 2"},
+      {tasks, with("{relative_orientation: {arms: [a, b], desired: tangent}}"), "tangent", 0,
+       "tasks[1].relative_orientation.desired", "expected one of start, waypoints"},
+      {tasks, with("{look_at: {arm: a}}"), "{arm", 0, "tasks[1].look_at.target_mm", "a required key"},
+      {tasks, with("{look: {arm: a}}"), "look", 0, "tasks[1].look", "look_at"},
+      {tasks, "tasks: [{axis: {arm: a}}]", "[{axis", 0, "tasks", "expected one `tip`"},
+  };
+  for (const Refusal& refusal : refusals)
+    expectRefusal(text, refusal, [](const std::filesystem::path& file) { loadTrajectory(file); });
+}
+
+Eigen::Vector3d anyVector(Dice& random) {
+  return {random.uniform(-0.8, 0.8), random.uniform(-0.8, 0.8), random.uniform(-0.8, 0.8)};
+}
+
+/// At most `most` tasks, the first ones at priorities before the last.
+std::vector<planning::FurtherTask> anyFurther(Dice& random, int most) {
+  std::vector<planning::FurtherTask> all(static_cast<std::size_t>(random.integer(0, most)));
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    planning::FurtherTask& task = all[k];
+    task.kind = static_cast<planning::TaskKind>(4 + random.integer(0, 3));
+    task.priority = static_cast<int>(k) + (k + 1 == all.size() ? random.integer(0, 1) : 0);
+    task.arm = random.integer(0, 3);
+    if (task.relative())
+      task.other_arm = 4 + random.integer(0, 3);
+    if (random.integer(0, 1))
+      task.tolerance = random.uniform(0.01, 1.0);
+    if (task.kind == planning::TaskKind::kLookAt) {
+      task.target = anyVector(random);
+    } else if (random.integer(0, 1)) {
+      task.heading = planning::Heading::kWaypoints;
+      task.waypoints = {{0.25, anyVector(random)}, {1.0, anyVector(random)}};
+    } else if (!task.relative()) {
+      task.heading = planning::Heading::kTangent;
+    }
+  }
+  return all;
+}
+
+void expectSame(const std::vector<planning::FurtherTask>& a, const std::vector<planning::FurtherTask>& b) {
+  ASSERT_EQ(a.size(), b.size());
+  for (std::size_t k = 0; k < a.size(); ++k) {
+    EXPECT_EQ(a[k].kind, b[k].kind);
+    EXPECT_EQ(a[k].priority, b[k].priority);
+    EXPECT_EQ(a[k].arm, b[k].arm);
+    EXPECT_EQ(a[k].other_arm, b[k].other_arm);
+    EXPECT_EQ(a[k].heading, b[k].heading);
+    EXPECT_EQ(a[k].target, b[k].target);
+    EXPECT_EQ(a[k].tolerance, b[k].tolerance);
+    ASSERT_EQ(a[k].waypoints.size(), b[k].waypoints.size());
+    for (std::size_t i = 0; i < a[k].waypoints.size(); ++i) {
+      EXPECT_EQ(a[k].waypoints[i].at, b[k].waypoints[i].at);
+      EXPECT_EQ(a[k].waypoints[i].rotation, b[k].waypoints[i].rotation);
+    }
+  }
+}
+
+TEST(FurtherTasks, FormattedTextReadsBack) {
+  for (std::uint32_t seed = tandem::test::baseSeed(); seed < tandem::test::baseSeed() + 300; ++seed) {
+    SCOPED_TRACE(tandem::test::trace(seed));
+    Dice random(seed);
+    TrajectorySpec spec;
+    spec.name = "any";
+    spec.shape = planning::Line{{0.01, 0.0, 0.0}};
+    if (random.chance(0.5))
+      spec.other_arm = planning::kNoArm;
+    spec.further = anyFurther(random, spec.hasRelative() ? 2 : 3);
+    const std::string text = formatTrajectory(spec);
+    SCOPED_TRACE(text);
+    expectSame(parsedTrajectory(text).further, spec.further);
+    if (HasFailure())
+      break;
+  }
+}
+
+}  // namespace
+}  // namespace tandem::config::test
