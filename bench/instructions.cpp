@@ -13,6 +13,7 @@
 #include "control/quadratic_program.h"
 #include "control/resolver.h"
 #include "kinematics/tube_model.h"
+#include "planning/reference_tracker.h"
 
 /// Callgrind counts inside this function only (--toggle-collect).
 // NOLINTNEXTLINE(readability-identifier-naming): a name of C
@@ -104,6 +105,69 @@ Case step(control::Method method, bool warm) {
   };
 }
 
+/** Arms side by side, their tracker with nspqp, and random joints inside the limits. */
+struct Cycle {
+  explicit Cycle(int arms) {
+    for (int k = 0; k < arms; ++k) {
+      kinematics::ConcentricTubeArm arm = arkArm();
+      arm.base.translation().y() = 5e-3 * (arms - 1 - 2 * k);
+      owned.push_back(kinematics::makeArmModel("rigid", arm));
+      models.push_back(owned.back().get());
+      joints.push_back(randomJoints(arm, true, kMost, kSeed + static_cast<std::uint32_t>(k)));
+    }
+    limits = limitsOf(arkArm());
+    tracker = std::make_unique<planning::ReferenceTracker>(
+        models, std::vector<const safety::ArmLimits*>(models.size(), &limits), control::Method::kNspqp,
+        control::MethodParameters{}, planning::Gains{});
+  }
+  safety::RobotVector at(int k) const {
+    const Eigen::Index size = models[0]->jointCount();
+    safety::RobotVector q(size * static_cast<Eigen::Index>(models.size()));
+    for (std::size_t arm = 0; arm < models.size(); ++arm)
+      q.segment(static_cast<Eigen::Index>(arm) * size, size) = joints[arm][static_cast<std::size_t>(k % kMost)];
+    return q;
+  }
+  /// These tasks, 0.5 mm and 1 deg away.
+  planning::Reference reference(const std::vector<planning::TaskKind>& kinds) const {
+    planning::Reference reference;
+    const auto pose = [&](int arm) { return result.tip[static_cast<std::size_t>(arm)].pose; };
+    for (const planning::TaskKind kind : kinds) {
+      const kinematics::TaskKindEntry& entry = *kinematics::findTaskKind(kind);
+      const int other = entry.relative() ? 1 : 0;
+      const kinematics::TaskPlace place = entry.place(pose(0), pose(other));
+      planning::TaskReference& task = reference.tasks[static_cast<std::size_t>(reference.task_count++)];
+      task = {kind, 0, other, place.position + Eigen::Vector3d(0, 5e-4, 0)};
+      task.orientation = kinematics::rotationBy({0.0175, 0, 0}) * place.orientation;
+    }
+    return reference;
+  }
+
+  static constexpr int kMost = 200;
+  std::vector<std::unique_ptr<kinematics::ArmModel>> owned;
+  std::vector<const kinematics::ArmModel*> models;
+  std::vector<std::vector<Eigen::VectorXd>> joints;
+  safety::ArmLimits limits;
+  std::unique_ptr<planning::ReferenceTracker> tracker;
+  planning::TrackResult result;
+};
+
+/// The complete step of the tracker, rigid models included.
+Case cycle(int arms, const std::vector<planning::TaskKind>& kinds) {
+  return [=]() -> std::function<void(int)> {
+    const auto loop = std::make_shared<Cycle>(arms);
+    return [=](int k) {
+      const safety::RobotVector q = loop->at(k);
+      if (!loop->tracker->computeTips(q, loop->result))
+        throw std::runtime_error("a model has no answer");
+      const planning::Reference reference = loop->reference(kinds);
+      loop->tracker->restart();
+      measure([&] { loop->tracker->step(q, q, reference, loop->result); });
+      if (loop->result.status != planning::TrackStatus::kOk)
+        throw std::runtime_error("a step without a result");
+    };
+  };
+}
+
 std::map<std::string, Case> cases() {
   std::map<std::string, Case> all;
   for (const auto& [name, arm] : {std::pair{std::string("ark2024"), arkArm()}, {"timc2024", timcArm()}}) {
@@ -125,6 +189,12 @@ std::map<std::string, Case> cases() {
     if (control::solvesProgrammes(method))
       all["step " + std::string(control::name(method)) + ", warm"] = step(method, true);
   }
+  using enum planning::TaskKind;
+  all["cycle, one arm, tip"] = cycle(1, {kTipPosition});
+  all["cycle, one arm, tip and orientation"] = cycle(1, {kTipPosition, kTipOrientation});
+  all["cycle, two arms, positions"] = cycle(2, {kRelativePosition, kTipPosition});
+  all["cycle, two arms, positions and axis"] = cycle(2, {kRelativePosition, kTipPosition, kTipAxis});
+  all["cycle, two arms, relative pose and tip"] = cycle(2, {kRelativePosition, kRelativeOrientation, kTipPosition});
   return all;
 }
 

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <iostream>
 
+#include "config/arm_names.h"
 #include "control/method_names.h"
 #include "services/cli/models/arm_options.h"
 #include "services/cli/models/table.h"
@@ -22,12 +23,31 @@ bool isGood(const dds::ComputationResult& result) {
   return result.outcome == static_cast<std::uint8_t>(dds::Outcome::kGood);
 }
 
+/// Freedom of the tasks along a checked trajectory; empty without further tasks: IK then says it all.
+std::vector<planning::TaskFreedom> freedomOf(const PlanSetup& setup, const dds::ComputationResult& result) {
+  const planning::TrajectorySpec spec = setup.trajectory();
+  if (spec.further.empty() || !result.report.start.empty())
+    return {};
+  Eigen::MatrixXd path(setup.model().jointCount(), static_cast<Eigen::Index>(result.report.points.size()) + 1);
+  path.col(0) = Eigen::VectorXd::Map(result.start.data(), path.rows());
+  for (std::size_t k = 0; k < result.report.points.size(); ++k)
+    path.col(static_cast<Eigen::Index>(k) + 1) =
+        Eigen::VectorXd::Map(result.report.points[k].joints.data(), path.rows());
+  return planning::taskFreedom({setup.model().models(), setup.model().limits()}, spec, path);
+}
+
 int checkPlan(const PlanOptions& options) {
   PlanSetup setup(options);
   const auto result = setup.compute(setup.request(ComputationKind::kCheck));
   const bool rehearsed = result.rehearsed != 0;
+  const std::vector<std::string> arms = config::shortArmNames(setup.robot());
+  const std::vector<planning::TaskFreedom> freedom = freedomOf(setup, result);
+  const std::string lost = planning::lostTask(freedom, arms);
   if (options.json) {
     Json json = reportJson(result.report);
+    if (!freedom.empty())
+      json["tasks"] = freedomJson(freedom, arms);
+    json["lost_task"] = lost;
     json["rehearsal"] = rehearsed ? Json{{"method", setup.method()},
                                          {"with_posture", rehearsalJson(result.with_posture)},
                                          {"without_posture", rehearsalJson(result.without_posture)}}
@@ -35,12 +55,16 @@ int checkPlan(const PlanOptions& options) {
     std::cout << json.dump(2) << '\n';
   } else {
     print(result.report, std::cout);
+    if (!freedom.empty())
+      print(freedom, arms, std::cout);
+    if (!lost.empty())
+      std::cout << "not feasible: " << lost << '\n';
     if (rehearsed) {
       print(result.with_posture, setup.method(), "with the planned posture", std::cout);
       print(result.without_posture, setup.method(), "without a posture", std::cout);
     }
   }
-  return isGood(result) ? kOk : kFailure;
+  return isGood(result) && lost.empty() ? kOk : kFailure;
 }
 
 int repair(const PlanOptions& options) {

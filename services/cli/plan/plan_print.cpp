@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/cli/plan/plan_print.h"
 
+#include <spdlog/fmt/fmt.h>
+
 #include <cmath>
 #include <ostream>
 
@@ -59,6 +61,30 @@ void print(const dds::TrajectoryReport& report, std::ostream& out) {
     out << "feasible: all " << report.points.size() << " points\n";
   else
     out << "not feasible: " << computation::unreachable(report) << " of " << report.points.size() << " points\n";
+}
+
+Json freedomJson(const std::vector<planning::TaskFreedom>& freedom, const std::vector<std::string>& arms) {
+  Json json = Json::array();
+  for (const planning::TaskFreedom& one : freedom)
+    json.push_back({{"task", describe(one.task, arms)},
+                    {"degrees_of_freedom", one.rows},
+                    {"rank", one.rank},
+                    {"rank_point", one.rank_point},
+                    {"smallest_singular_value", one.least},
+                    {"smallest_point", one.least_point}});
+  return json;
+}
+
+void print(const std::vector<planning::TaskFreedom>& freedom, const std::vector<std::string>& arms, std::ostream& out) {
+  int rows = 0, rank = 0;
+  for (const planning::TaskFreedom& one : freedom) {
+    rows += one.rows;
+    rank += one.rank;
+    out << "task " << describe(one.task, arms) << ": rank " << one.rank << " of " << one.rows
+        << ", smallest singular value " << fmt::format("{:.3g}", one.least) << " at "
+        << (one.least_point > 0 ? "point " + std::to_string(one.least_point) : "the start") << '\n';
+  }
+  out << "all tasks: rank " << rank << " of " << rows << '\n';
 }
 
 Json rehearsalJson(const dds::RehearsalReport& rehearsal) {

@@ -5,12 +5,18 @@
 #include <iosfwd>
 #include <nlohmann/json.hpp>
 
+#include "planning/task_freedom.h"
 #include "services/dds/messages.h"
 
 namespace tandem::cli {
 
 nlohmann::ordered_json reportJson(const dds::TrajectoryReport& report);
 void print(const dds::TrajectoryReport& report, std::ostream& out);
+
+/// Freedom of the tasks of a trajectory.
+nlohmann::ordered_json freedomJson(const std::vector<planning::TaskFreedom>& freedom,
+                                   const std::vector<std::string>& arms);
+void print(const std::vector<planning::TaskFreedom>& freedom, const std::vector<std::string>& arms, std::ostream& out);
 
 nlohmann::ordered_json rehearsalJson(const dds::RehearsalReport& rehearsal);
 /// @param how  "with the planned posture", ...

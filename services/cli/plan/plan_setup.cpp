@@ -71,12 +71,12 @@ std::vector<double> PlanSetup::startOf(const std::string& from, const std::strin
                             experiment.file.string() + ": " + known);
 }
 
-std::string PlanSetup::trajectory() const {
+planning::TrajectorySpec PlanSetup::trajectory() const {
   const auto file = config::findFile(options_.file, "trajectory");
   planning::TrajectorySpec spec = config::loadTrajectory(file);
   if (const std::string wrong = config::findArms(spec, robot_); !wrong.empty())
     throw Failure(kUsage, file.string() + ": " + wrong + " (robot " + robot_.name + ")");
-  return config::formatTrajectory(spec);
+  return spec;
 }
 
 std::string PlanSetup::method() const {
@@ -89,7 +89,7 @@ dds::ComputationRequest PlanSetup::request(dds::ComputationKind kind) const {
   dds::ComputationRequest request;
   request.kind = static_cast<std::uint8_t>(kind);
   if (!options_.file.empty())
-    request.trajectory = trajectory();
+    request.trajectory = config::formatTrajectory(trajectory());
   request.joints = startOf(options_.from, options_.joints);
   request.stability = options_.stability;
   request.arms_may_touch = options_.no_clearance ? 1 : 0;

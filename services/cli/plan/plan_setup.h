@@ -40,6 +40,8 @@ class PlanSetup {
   const robots::RobotModel& model() const { return model_; }
   /// Request with the requirements of the options, and the trajectory in options.file if given.
   dds::ComputationRequest request(dds::ComputationKind kind) const;
+  /// The trajectory in options.file, with its arms. @throw Failure for one of other arms, config::Error
+  planning::TrajectorySpec trajectory() const;
   /// Method of the rehearsal.
   std::string method() const;
   /// Computes here, or in the running system. @throw Failure if the computation is cancelled, refused or fails.
@@ -48,7 +50,6 @@ class PlanSetup {
  private:
   void warnOfOverlap(const dds::ComputationRequest& request) const;
   std::vector<double> startOf(const std::string& from, const std::string& joints) const;
-  std::string trajectory() const;
 
   const PlanOptions& options_;
   runtime::StopSignal stop_;

@@ -69,6 +69,26 @@ class Plan(unittest.TestCase):
         self.assertEqual(text.returncode, 1)
         self.assertIn(f"point 12: {last['reason']}", text.stdout)
 
+    def test_further_tasks_are_checked_for_what_the_tasks_before_leave(self):
+        file = self.folder / "axis.yaml"
+        short = "arm: a\nother_arm: b\n"
+
+        def check(tasks, *options):
+            file.write_text(NEAR.replace(short, f"tasks: {tasks}\n"))
+            return plan("check", file, "--no-rehearsal", *options)
+
+        answer, report = check("[{relative: [a, b]}, {tip: a}, {axis: {arm: a}}]", "--json")
+        self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
+        self.assertEqual([task["task"] for task in report["tasks"]], ["relative position of a and b", "tip of a", "axis of a"])
+        self.assertEqual([task["degrees_of_freedom"] for task in report["tasks"]], [3, 3, 2])
+        self.assertEqual(report["lost_task"], "")
+        for tasks, before in (("[{orientation: {arm: a}}, {tip: a}, {axis: {arm: a}}]", "orientation of a, tip of a"),
+                              ("[{orientation: {arm: a}}, {axis: {arm: a}}, {relative: [a, b]}, {tip: a}]", "orientation of a")):
+            answer, _ = check(tasks)
+            self.assertEqual(answer.returncode, 1, answer.stdout + answer.stderr)
+            self.assertIn("task axis of a: rank 0 of 2, ", answer.stdout)
+            self.assertRegex(answer.stdout, rf"not feasible: axis of a: at .* the tasks before it \({before}\) take all degrees of freedom")
+
     def test_a_repaired_trajectory_can_be_run(self):
         repaired = self.folder / "repaired.yaml"
         answer, report = plan("repair", self.far, "-o", repaired, "--json")
