@@ -60,7 +60,7 @@ TEST(FurtherTasks, ThatMakeNoSenseAreRefusedAtTheirPlace) {
   const auto with = [](const std::string& task) { return "tasks: [{tip: a}, " + task + "]"; };
   const std::string turn = "{at: 1, rotation_deg: [0, 0, 1]}";
   const Refusal refusals[] = {
-      {tasks, with("{axis: {}}"), "{}", 0, "tasks[1].axis.arm", "a required key"},
+      {tasks, with("{axis: {}}"), "{}", 0, "tasks[1].axis.arm", "the key is missing"},
       {tasks, with("{axis: {arm: a, desired: along}}"), "along", 0, "tasks[1].axis.desired",
        "expected one of start, tangent, waypoints"},
       {tasks, with("{axis: {arm: a, desired: waypoints}}"), "{arm", 0, "tasks[1].axis.waypoints", "found none"},
@@ -75,8 +75,8 @@ TEST(FurtherTasks, ThatMakeNoSenseAreRefusedAtTheirPlace) {
        "found a list of 1, expected a list of 2"},
       {tasks, with("{relative_orientation: {arms: [a, b], desired: tangent}}"), "tangent", 0,
        "tasks[1].relative_orientation.desired", "expected one of start, waypoints"},
-      {tasks, with("{look_at: {arm: a}}"), "{arm", 0, "tasks[1].look_at.target_mm", "a required key"},
-      {tasks, with("{look: {arm: a}}"), "look", 0, "tasks[1].look", "look_at"},
+      {tasks, with("{look_at: {arm: a}}"), "{arm", 0, "tasks[1].look_at.target_mm", "the key is missing"},
+      {tasks, with("{look: {arm: a}}"), "{look", 0, "tasks[1]", "tasks[1].look: unknown key"},
       {tasks, "tasks: [{axis: {arm: a}}]", "[{axis", 0, "tasks", "expected one `tip`"},
   };
   for (const Refusal& refusal : refusals)
