@@ -153,7 +153,8 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
       assert.ok(reached - 1 < 2.2 * took + 0.6, `${reached - 1} s of the recording in ${took} s`);
       await seek(2);
       await shownTime(2);
-      if ((await page().textContent("#replay-play")) === "Pause") await page().click("#replay-play");
+      await page().click("#replay-back"); // whether it runs or has come to its end: now it stands
+      await me().text("#replay-play", /Play/);
       await seek(2);
       const stands = await shownTime(1.9, 2.1);
       await page().click("#replay-step");
@@ -175,6 +176,8 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
       await me().text("#replay-events", /✕ \d+:\d\d\.\d\d Arm A: stop_requested/);
       const button = page().locator('#replay-events [data-kind="fault"] button').first();
       const [, minutes, seconds] = /(\d+):([\d.]+)/.exec(await button.textContent());
+      await page().click("#replay-back"); // stands, should it still run
+      await me().text("#replay-play", /Play/);
       await button.click();
       const at = 60 * Number(minutes) + Number(seconds);
       await shownTime(at - 0.02, at + 0.02);
