@@ -15,6 +15,7 @@
 #include "config/detail/loaders.h"
 #include "config/file_tables.h"
 #include "config/robot_files.h"
+#include "hal/fieldbus.h"
 
 namespace tandem::config {
 namespace {
@@ -228,7 +229,7 @@ hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heart
   checkHomingTogether(map, hardware);
   for (std::size_t b = 0; b < hardware.buses.size(); ++b) {
     const hal::BusPlan plan = hardware.planOf(static_cast<int>(b), heartbeat_budget);
-    if (refuse_overload && !hal::computeLoad(plan).fits) {
+    if (refuse_overload && !hal::inLibrary(hardware.buses[b]) && !hal::computeLoad(plan).fits) {
       map.fail("buses",
                hardware.buses[b].name + ": " +
                    hal::explainLoad(plan, hardware.trafficOf(static_cast<int>(b), heartbeat_budget)),

@@ -40,9 +40,13 @@ const Mapping& busTable() {
           text("name", "unique in the file", &B::name)
               .required()
               .matching("^[a-z][a-z0-9_]*$", "a name of lower-case letters, digits and _, starting with a letter"),
-          text("interface", "can:INTERFACE of Linux, or unix:SOCKET of a simulated bus", &B::address)
+          text("interface",
+               "can:INTERFACE of Linux, unix:SOCKET of a simulated bus, or library:PATH of a driver of one's own, and "
+               "perhaps a comma and a text for it (docs/own-hardware.md)",
+               &B::address)
               .required()
-              .matching("^(can:[A-Za-z0-9_.-]{1,15}|unix:[^ ]{1,100})$", "can:INTERFACE or unix:SOCKET"),
+              .matching("^(can:[A-Za-z0-9_.-]{1,15}|unix:[^ ]{1,100}|library:/[^ ,]{1,200}(,[^ ]{1,100})?)$",
+                        "can:INTERFACE, unix:SOCKET or library:/PATH,TEXT"),
           number("bit_rate", kBitRate, "bit rate; CANopen specifies at most 1000 kbit/s", &B::bit_rate)
               .within(1e4, 1e6),
           number("load_limit", kNone,

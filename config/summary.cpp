@@ -10,6 +10,7 @@
 #include "config/file_tables.h"
 #include "config/path.h"
 #include "config/robot_files.h"
+#include "hal/fieldbus.h"
 
 namespace tandem::config {
 namespace {
@@ -70,6 +71,10 @@ Summary summarize(const Deployment& deployment) {
 Summary summarize(const hal::HardwareConfig& hardware) {
   std::vector<std::string> buses;
   for (std::size_t b = 0; b < hardware.buses.size(); ++b) {
+    if (hal::inLibrary(hardware.buses[b])) {
+      buses.push_back(hardware.buses[b].name + " on " + hardware.buses[b].address);
+      continue;
+    }
     const hal::BusLoad load = hal::computeLoad(hardware.planOf(static_cast<int>(b), safety::Budgets{}.drive_heartbeat));
     buses.push_back(hardware.buses[b].name + " on " + hardware.buses[b].address + " at " +
                     formatNumber(std::round(1e3 * load.load) / 10.0) + " % load");

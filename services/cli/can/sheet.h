@@ -5,8 +5,8 @@
 #include <string>
 
 #include "hal/canopen/eds.h"
-#include "hal/hardware.h"
 #include "hal/cia402/sheet_check.h"
+#include "hal/hardware.h"
 #include "services/cli/can/can.h"
 
 namespace tandem::cli {
