@@ -262,7 +262,7 @@ std::string triedWith(const std::filesystem::path& folder) {
   return rows + "\n" + facts;
 }
 
-bool completeDrives(const Map& hardware, const std::filesystem::path& file) {
+bool completeDrives(const Map& hardware, const std::filesystem::path& file, ProfileLosses& losses) {
   bool completed = false;
   for (const char* list : {"translations", "rotations"}) {
     for (const Map& group : hardware.maps(list)) {
@@ -274,6 +274,9 @@ bool completeDrives(const Map& hardware, const std::filesystem::path& file) {
       const Map map = document.check(driveTable());
       const DriveProfile profile = profileOf(map);
       drive.indexAmong("mode", profile.modes, join(profile.modes, " or ") + ": " + profile.model + " has no other");
+      hal::ProtectionMask& lost = losses[drive.text("profile")];
+      for (const hal::Protection protection : profile.lacks)
+        lost |= hal::bit(protection);
       group.complete("drive", map.map("drive"));
       completed = true;
     }
@@ -281,9 +284,9 @@ bool completeDrives(const Map& hardware, const std::filesystem::path& file) {
   return completed;
 }
 
-Map checkHardware(Document& document, const std::filesystem::path& file) {
+Map checkHardware(Document& document, const std::filesystem::path& file, ProfileLosses& losses) {
   const Map map = document.check(hardwareTable());
-  return completeDrives(map, file) ? document.check(hardwareTable()) : map;
+  return completeDrives(map, file, losses) ? document.check(hardwareTable()) : map;
 }
 
 }  // namespace tandem::config

@@ -29,13 +29,15 @@ struct Group {
   std::optional<hal::EncoderConfig> encoder;
 };
 
-Group readGroup(const Map& map, bool translation) {
+Group readGroup(const Map& map, bool translation, const ProfileLosses& losses) {
   const Map drive = map.map("drive");
   Group group;
   AxisConfig& axis = group.axis;
   axis.translation = translation;
   axis.gearing.travel_per_revolution = kTurn;
   drive.read(axis);
+  if (drive.has("profile"))
+    axis.foretold = losses.at(drive.text("profile"));
   if (!drive.has("slew_limit"))
     axis.slew_limit = axis.velocity / hal::kSlewTime;
   if (!drive.has("first_motion"))
@@ -199,7 +201,8 @@ void readCutLimits(const Map& map, const Robot& robot, hal::HardwareConfig& hard
 
 hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heartbeat_budget, bool refuse_overload) {
   Document document(file.string(), readFile(file));
-  const Map map = checkHardware(document, file);
+  ProfileLosses losses;
+  const Map map = checkHardware(document, file, losses);
   map.expectDistinct("buses", "name");
   map.expectDistinct("buses", "interface");
   auto hardware = map.read<hal::HardwareConfig>();
@@ -219,7 +222,7 @@ hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heart
   AxisReader reader(robot, hardware.buses);
   for (const bool translation : {true, false}) {
     map.each(translation ? "translations" : "rotations", [&](const Map& entry) {
-      const Group group = readGroup(entry, translation);
+      const Group group = readGroup(entry, translation, losses);
       entry.each("axes", [&](const Map& axis) { reader.read(axis, group); });
     });
   }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <variant>
 
 #include "config/arm_names.h"
@@ -68,6 +69,30 @@ Summary summarize(const Deployment& deployment) {
           warnings};
 }
 
+/// What tandem-hal will refuse because of what the profiles of the drives lack, axis by axis.
+std::vector<std::string> missingAcceptances(const hal::HardwareConfig& hardware) {
+  std::vector<std::string> warnings;
+  for (const hal::AxisConfig& axis : hardware.axes) {
+    for (const hal::ProtectionMask set : hal::missingProtections(axis.foretold.value_or(0), axis.accepted))
+      warnings.push_back(axis.name + ": the profile of its drive lacks " + hal::describeProtections(set) +
+                         ": tandem-hal refuses the drive unless `accept` of the axis names it, with the reason");
+  }
+  return warnings;
+}
+
+/// "; by their profiles 4 axes may lack speed_limit (6080)".
+std::string foretoldLosses(const hal::HardwareConfig& hardware) {
+  std::map<hal::ProtectionMask, std::size_t> axes;
+  for (const hal::AxisConfig& axis : hardware.axes)
+    ++axes[axis.foretold.value_or(0)];
+  std::string text;
+  for (const auto& [lost, number] : axes) {
+    if (lost != 0)
+      text += "; by their profile " + count(number, "axis", "axes") + " may lack " + hal::describeProtections(lost);
+  }
+  return text;
+}
+
 Summary summarize(const hal::HardwareConfig& hardware) {
   std::vector<std::string> buses;
   for (std::size_t b = 0; b < hardware.buses.size(); ++b) {
@@ -82,8 +107,9 @@ Summary summarize(const hal::HardwareConfig& hardware) {
   return {"hardware",
           "hardware " + hardware.name + ": " + count(hardware.axes.size(), "axis", "axes") + ", " +
               count(buses.size(), "bus", "buses") + " (" + join(buses, "; ") + "), period " +
-              formatNumber(1e3 * hardware.period) + " ms" + (hardware.simulated ? ", simulated" : ""),
-          {}};
+              formatNumber(1e3 * hardware.period) + " ms" + (hardware.simulated ? ", simulated" : "") +
+              foretoldLosses(hardware),
+          missingAcceptances(hardware)};
 }
 
 Summary summarize(const DriveProfile& profile) {

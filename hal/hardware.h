@@ -136,6 +136,7 @@ struct AxisConfig {
   std::uint8_t temperature_sub = 0;
   double temperature_scale = 1.0;  ///< degrees Celsius per unit of that object
   HoldingMeans powerless_hold = HoldingMeans::kNo;
+  std::optional<ProtectionMask> foretold;  ///< what the drive may lack by its profile; none: it has no profile
   std::vector<AcceptedLoss> accepted;      ///< what this drive may lack although it is needed (leastProtections())
   std::vector<SdoWrite> sdo;               ///< written at boot, before everything that the HAL writes itself
   TorqueLimit torque;

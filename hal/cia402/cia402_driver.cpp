@@ -284,10 +284,14 @@ std::string Cia402Driver::remarks() const {
   if (const auto counts = statedCounts(factors); counts && differs(*counts, expected))
     text += "; the drive states " + shortest(*counts) +
             " counts per revolution of its motor (608F, 6091, 6092), the hardware file says " + shortest(expected);
-  const double numbers = 1.0 / units_.countsPerVelocityNumber();
-  if (factors.velocity.isSet() && differs(factors.velocity.value(), numbers))
-    text += "; the drive states a velocity factor of " + shortest(factors.velocity.value()) +
-            " (6096), the hardware file's units make it " + shortest(numbers);
+  const auto compare = [&text](const StatedFactors::Ratio& stated, double counts_per_number, const char* of) {
+    const double numbers = 1.0 / counts_per_number;
+    if (stated.isSet() && differs(stated.value(), numbers))
+      text += std::string("; the drive states ") + of + " of " + shortest(stated.value()) +
+              ", the hardware file's units make it " + shortest(numbers);
+  };
+  compare(factors.velocity, units_.countsPerVelocityNumber(), "a velocity factor (6096)");
+  compare(factors.acceleration, units_.countsPerAccelerationNumber(), "an acceleration factor (6097)");
   return text;
 }
 

@@ -290,7 +290,7 @@ StatedFactors statedFactors(const canopen::Node& drive) noexcept {
     if (const std::uint64_t* value = drive.readValue(objects::kFactors[k]))
       read[k] = static_cast<std::uint32_t>(*value);
   }
-  return {{read[0], read[1]}, {read[2], read[3]}, {read[4], read[5]}, {read[6], read[7]}};
+  return {{read[0], read[1]}, {read[2], read[3]}, {read[4], read[5]}, {read[6], read[7]}, {read[8], read[9]}};
 }
 
 canopen::NodeSetup encoderSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget) {

@@ -195,8 +195,7 @@ SheetCheck checkSheet(const canopen::Eds& sheet,
                       const HardwareConfig& hardware,
                       const AxisConfig& axis,
                       double heartbeat_budget) {
-  const canopen::NodeSetup setup = driveSetup(hardware, axis, heartbeat_budget);
-  const canopen::Node node(setup);
+  const canopen::Node node(driveSetup(hardware, axis, heartbeat_budget));
   Judge judge(sheet, axis.node);
   SheetCheck check;
   for (const SetupStep& step : node.steps())
@@ -204,10 +203,7 @@ SheetCheck checkSheet(const canopen::Eds& sheet,
   for (const SetupStep& step : limitSteps(axis))
     check.findings.push_back(judge.judge(step));
   check.lost = judge.lost();
-  for (const ProtectionMask set : setup.minimum) {
-    if ((set & ~check.lost) == 0)
-      check.missing.push_back(set);
-  }
+  check.missing = missingProtections(check.lost, axis.accepted);
   return check;
 }
 

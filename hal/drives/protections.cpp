@@ -32,4 +32,10 @@ std::vector<ProtectionMask> leastProtections(const std::vector<AcceptedLoss>& ac
   return sets;
 }
 
+std::vector<ProtectionMask> missingProtections(ProtectionMask lost, const std::vector<AcceptedLoss>& accepted) {
+  std::vector<ProtectionMask> missing = leastProtections(accepted);
+  std::erase_if(missing, [lost](ProtectionMask set) { return (set & ~lost) != 0; });
+  return missing;
+}
+
 }  // namespace tandem::hal

@@ -27,6 +27,9 @@ struct AcceptedLoss {
   std::string reason;
 };
 
+/// Sets of leastProtections() of which a drive with these losses has none: its boot fails.
+std::vector<ProtectionMask> missingProtections(ProtectionMask lost, const std::vector<AcceptedLoss>& accepted);
+
 /** Sets of protections, of each of which a drive must have at least one: a watch on the HAL, the quick stop that this
  * watch starts, and the ramp of that quick stop. @param accepted sets with one of these are left out. */
 std::vector<ProtectionMask> leastProtections(const std::vector<AcceptedLoss>& accepted);

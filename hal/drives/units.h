@@ -56,10 +56,11 @@ struct StatedFactors {
     bool isSet() const noexcept { return numerator != 0 && divisor != 0 && numerator != divisor; }
     double value() const noexcept { return static_cast<double>(numerator) / divisor; }
   };
-  Ratio encoder;   ///< 608F: increments per revolutions of the motor
-  Ratio gear;      ///< 6091: revolutions of the motor per revolutions of the driving shaft
-  Ratio feed;      ///< 6092: position units per revolutions of the driving shaft
-  Ratio velocity;  ///< 6096: number in 60FF per position unit/s
+  Ratio encoder;       ///< 608F: increments per revolutions of the motor
+  Ratio gear;          ///< 6091: revolutions of the motor per revolutions of the driving shaft
+  Ratio feed;          ///< 6092: position units per revolutions of the driving shaft
+  Ratio velocity;      ///< 6096: number in 60FF per position unit/s
+  Ratio acceleration;  ///< 6097: number in 6083 to 6085 per position unit/s^2
 };
 /// Counts of 6064 per revolution of the motor: feed / gear, else the encoder's; nothing if neither is set.
 std::optional<double> statedCounts(const StatedFactors& factors);

@@ -26,9 +26,9 @@ inline constexpr canopen::ObjectAddress kLowerLimit{0x607D, 1};
 inline constexpr canopen::ObjectAddress kUpperLimit{0x607D, 2};
 inline constexpr canopen::ObjectAddress kOutputs{0x60FE, 1};
 inline constexpr canopen::ObjectAddress kOutputMask{0x60FE, 2};
-/// Factors of position and velocity, numerators and divisors, in the order of StatedFactors.
-inline constexpr canopen::ObjectAddress kFactors[] = {{0x608F, 1}, {0x608F, 2}, {0x6091, 1}, {0x6091, 2},
-                                                      {0x6092, 1}, {0x6092, 2}, {0x6096, 1}, {0x6096, 2}};
+/// Factors of position, velocity and acceleration, numerators and divisors, in the order of StatedFactors.
+inline constexpr canopen::ObjectAddress kFactors[] = {{0x608F, 1}, {0x608F, 2}, {0x6091, 1}, {0x6091, 2}, {0x6092, 1},
+                                                      {0x6092, 2}, {0x6096, 1}, {0x6096, 2}, {0x6097, 1}, {0x6097, 2}};
 inline constexpr canopen::ObjectAddress kMaxTorque{0x6072, 0};
 inline constexpr canopen::ObjectAddress kHomingMethod{0x6098, 0};
 inline constexpr std::uint16_t kHomingMethods = 0x60E3;  ///< the supported ones, from sub-index 1

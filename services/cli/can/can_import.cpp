@@ -290,8 +290,9 @@ void printReport(const Import& job, const SheetCheck& check) {
 }
 
 int runImport(const ImportOptions& options) {
-  const Import job = prepareImport(options);
+  Import job = prepareImport(options);
   const SheetCheck check = hal::checkSheet(job.sheet, job.hardware, job.drive, safety::Budgets{}.drive_heartbeat);
+  judgeProfile(job.drive, check.lost, job.notes);
   const int code = check.boots() ? kOk : check.accessible() ? kNeedsAcceptance : kFailure;
   if (options.json) {
     std::cout << importJson(job, check, code).dump(2) << '\n';

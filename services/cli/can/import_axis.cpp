@@ -81,4 +81,15 @@ void takeFromSheet(const Eds& sheet, hal::AxisConfig& drive, std::vector<std::st
   chooseWatch(sheet, drive, notes);
 }
 
+void judgeProfile(const hal::AxisConfig& drive, hal::ProtectionMask lost, std::vector<std::string>& notes) {
+  if (!drive.foretold)
+    return;
+  if (const hal::ProtectionMask more = lost & ~*drive.foretold; more != 0)
+    notes.push_back("the profile of " + drive.name + " does not say that the drive lacks " +
+                    hal::describeProtections(more) + ", as its data sheet does");
+  if (const hal::ProtectionMask fewer = *drive.foretold & ~lost; fewer != 0)
+    notes.push_back("the profile of " + drive.name + " says that the drive may lack " +
+                    hal::describeProtections(fewer) + "; by its data sheet it does not in this mode");
+}
+
 }  // namespace tandem::cli

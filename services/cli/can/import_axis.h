@@ -14,4 +14,7 @@ namespace tandem::cli {
 /// it
 void takeFromSheet(const hal::canopen::Eds& sheet, hal::AxisConfig& drive, std::vector<std::string>& notes);
 
+/// Compares what the profile of the axis says that its drive lacks with what its sheet lacks, in the mode of the axis.
+void judgeProfile(const hal::AxisConfig& drive, hal::ProtectionMask lost, std::vector<std::string>& notes);
+
 }  // namespace tandem::cli

@@ -87,6 +87,13 @@ class Import(system.SystemTest):
                 lost.setdefault(profile, set()).update(report["lost"])
                 if code == 0:
                     self.assertIn(f"profile: {profile}", report["yaml"])
+                self.assertFalse([note for note in report["notes"] if "does not say that the drive lacks" in note])
+        # A profile that knows less than the sheet.
+        text = path.read_text().replace("profile: ipos", "profile: generic", 1)
+        path.write_text(text)
+        notes = self.report(sheet("ipos-like"), "--hardware", path, "--mode", "pv", code=3)["notes"]
+        self.assertTrue(any("the profile of arm_a translation 1 does not say that the drive lacks command_deadline (1400:05)" in note
+                            for note in notes), notes)
         for profile, all_modes in lost.items():
             lacks = re.search(r"^lacks: \[(.*)\]$", (system.PRESETS / "drives" / f"{profile}.yaml").read_text(), re.M)[1]
             self.assertEqual(set(lacks.split(", ")), all_modes, profile)

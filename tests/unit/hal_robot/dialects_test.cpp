@@ -320,6 +320,8 @@ TEST(StatedFactors, AreReadWhereADriveHasThem) {
   EXPECT_EQ(statedCounts(all), 12000.0) << "position units of the shaft count, not the encoder's increments";
   EXPECT_TRUE(all.velocity.isSet());
   EXPECT_EQ(all.velocity.value(), 60.0 / 4096.0);
+  EXPECT_FALSE(all.acceleration.isSet());
+  EXPECT_EQ(stated(stating({{{0x6097, 1}, 1}, {{0x6097, 2}, 4096}})).acceleration.value(), 1.0 / 4096.0);
   // 1:1 is what drives have that leave it to others.
   EXPECT_EQ(statedCounts(stated(stating({{{0x6092, 1}, 1}, {{0x608F, 1}, 500}}))), 500.0);
 }
