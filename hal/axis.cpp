@@ -185,7 +185,7 @@ void Axis::finishLimits() noexcept {
 void Axis::beReady() noexcept {
   limits_pending_ = false;
   position_ = measured();
-  phase_ = memory_.plausible(position_) ? AxisPhase::kReady : AxisPhase::kUnhomed;
+  phase_ = memory_.plausible(position_) ? AxisPhase::kReady : AxisPhase::kUnconfirmed;
 }
 
 /// Sets the reference from the first samples.

@@ -74,9 +74,9 @@ class Axis {
 
   bool referenced() const noexcept { return phase_ == AxisPhase::kReady; }
   /// The devices run, and the HAL has done what it can for the reference.
-  bool up() const noexcept { return phase_ == AxisPhase::kReady || phase_ == AxisPhase::kUnhomed; }
+  bool up() const noexcept { return phase_ == AxisPhase::kReady || phase_ == AxisPhase::kUnhomed || unconfirmed(); }
   /// The axis has a position, which is not plausible: somebody has to confirm it.
-  bool unconfirmed() const noexcept { return phase_ == AxisPhase::kUnhomed && !config_.needsRun(); }
+  bool unconfirmed() const noexcept { return phase_ == AxisPhase::kUnconfirmed; }
   /// Referenced; drive and encoder respond and agree.
   bool valid() const noexcept;
   double position() const noexcept { return position_; }           ///< from the drive, m or rad; 0 before the reference

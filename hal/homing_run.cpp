@@ -11,7 +11,7 @@ namespace {
 /// An axis in a homing run must have no guard.
 bool bad(const Axis& axis) { return axis.guards() != 0 || axis.phase() == AxisPhase::kFailed; }
 
-bool unhomed(const Axis& axis) { return axis.phase() == AxisPhase::kUnhomed && axis.config().needsRun(); }
+bool unhomed(const Axis& axis) { return axis.phase() == AxisPhase::kUnhomed; }
 
 bool hasStop(const Axis& axis) { return axis.config().reference == PositionReference::kHardStop; }
 

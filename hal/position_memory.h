@@ -4,19 +4,13 @@
 
 #include <array>
 #include <cmath>
-#include <cstdint>
 
+#include "idl/enumerations.h"
 #include "safety/dimensions.h"
 
 namespace tandem::hal {
 
-/** Why an axis has no last position that the present one can be compared with. */
-enum class LastPosition : std::uint8_t {
-  kKnown = 0,  ///< there is one
-  kMissing,    ///< no file, or the axis is not in it
-  kDamaged,    ///< the file cannot be read
-  kChanged,    ///< the keys that convert counts into positions have changed since
-};
+using idl::LastPosition;
 
 /** The last position of one axis that was known to be right, and whether a new one may follow it. Nothing allocates,
  * locks or throws. */

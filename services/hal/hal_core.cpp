@@ -21,6 +21,10 @@ void writeAxis(const hal::Axis& axis, std::size_t i, dds::HalStatus& status) noe
   status.axis_error[i] = axis.driver().errorCode();
   status.axis_guards[i] = axis.guards();
   status.axis_lost[i] = static_cast<std::uint16_t>(axis.driver().lostProtections());
+  const hal::PositionMemory& memory = axis.memory();
+  status.axis_last[i] = static_cast<std::uint8_t>(memory.state());
+  status.axis_last_position[i] = memory.position();
+  status.axis_jump_tolerance[i] = memory.tolerance();
   status.axis_temperature[i] = static_cast<float>(axis.driver().temperature());
   status.following_error[i] = axis.followingError();
   const bool both = axis.config().encoder && axis.referenced();
@@ -94,8 +98,9 @@ HalAnswer HalCore::onRequest(const ParsedHalRequest& request, std::int64_t now) 
       case hal::ArmHardware::HomingAnswer::kNotDisabled:
         return refuse(dds::ReplyCode::kWrongState, name, " is not DISABLED; disable it first");
       case hal::ArmHardware::HomingAnswer::kUnconfirmed:
-        return refuse(dds::ReplyCode::kWrongState, name,
-                      ": a joint may not be where it was last: see the log; if it is right, tandem home --confirm");
+        return refuse(
+            dds::ReplyCode::kWrongState, name,
+            ": a joint may not be where it was last: see tandem status; if it is right, tandem home --confirm");
       case hal::ArmHardware::HomingAnswer::kNotReady:
         return refuse(dds::ReplyCode::kWrongState, name,
                       ": a node is not operational, or a guard is active; see `tandem can monitor`");

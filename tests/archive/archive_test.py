@@ -33,7 +33,8 @@ ADDED = {"ActuationState": "fingerprint, recovery, lost, homed, holds", "Actuati
          "PlanningReference": "fingerprint", "PlanningRequest": "fingerprint", "SimRequest": "fingerprint", "HalRequest": "fingerprint",
          "ControlStatus": "fingerprint, recovery, idle, idle_left, paused_by, state_success, reference_success",
          "ControlRequest": "fingerprint, control_session, answers_control",
-         "HalStatus": "fingerprint, snap_energy, snap_distance, emergency_stop, command_success, axis_lost, hardware_count[16..23], "
+         "HalStatus": "fingerprint, snap_energy, snap_distance, emergency_stop, command_success, axis_lost, axis_last, "
+                      "axis_last_position, axis_jump_tolerance, hardware_count[16..23], "
                       "hardware_arm[16..23], "
                       "hardware_joint[16..23], bus_success"}
 

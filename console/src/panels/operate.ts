@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Arms with descriptions of their faults, power, and homing. */
+/** Arms with descriptions of their faults, power, homing, and positions to confirm. */
 import { driveRecord, faultsOf, holdReason, idleText, shortName } from "../state/descriptions";
 import type { StateCommand } from "../state/descriptions";
 import type { Deed } from "../state/permission";
+import { unconfirmedPositions } from "../state/positions";
+import type { Unconfirmed } from "../state/positions";
 import { EmergencyStop } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { Reasons } from "./choice";
@@ -11,6 +13,7 @@ import { action, card, h, setShown, setText, setUsable } from "./dom";
 import { Hold, confirmed } from "./hold";
 
 const kRepeat = 200; // ms: the drives home while the request is repeated
+const kConfirm = 3000; // ms for each arm: hal::ArmHardware::kConfirmTime
 
 export class Operate implements Panel {
   readonly element: HTMLElement;
@@ -22,6 +25,8 @@ export class Operate implements Panel {
   private readonly commands: [HTMLButtonElement, StateCommand][];
   private readonly home: HTMLButtonElement;
   private readonly reference: HTMLButtonElement;
+  private readonly positions: HTMLElement;
+  private readonly confirm: HTMLButtonElement;
 
   constructor(private readonly c: Context) {
     this.emergency = c.notices.line("fault", { id: "emergency-stop" });
@@ -32,6 +37,7 @@ export class Operate implements Panel {
     this.faults = c.robot.arms.map((arm) => c.notices.line("fault", { "data-fault": arm.name }));
     this.hold = c.notices.line("hold", {});
     this.idle = c.notices.line("hold", { id: "idle" });
+    this.positions = c.notices.line("fault", { id: "unconfirmed" });
     const button = (
       label: string,
       command: StateCommand,
@@ -57,10 +63,11 @@ export class Operate implements Panel {
     );
     this.home.id = "home";
     this.reference = this.holdButton();
+    this.confirm = this.confirmButton();
     this.element = card(
       "Arms",
       h("div.row", {}, ...this.commands.map(([element]) => element)),
-      h("div.row", {}, this.home, this.reference),
+      h("div.row", {}, this.home, this.reference, this.confirm),
       this.reasons.element,
     );
   }
@@ -81,6 +88,46 @@ export class Operate implements Panel {
     };
     // Without further requests the HAL ends the homing run by itself.
     const hold = new Hold(element, { period: kRepeat, ask: () => void ask(), end: () => {} });
+    return element;
+  }
+
+  private unconfirmed(): Unconfirmed[] {
+    const { world, robot } = this.c;
+    const hal = world.halStatus();
+    return hal
+      ? unconfirmedPositions(
+          hal,
+          robot.arms,
+          robot.arms.map((_, k) => world.joints(k)),
+        )
+      : [];
+  }
+
+  /** Confirms positions while it is held, as `tandem home --confirm` does; the HAL takes a repeated request alone as a confirmation. */
+  private confirmButton(): HTMLButtonElement {
+    const element = action(
+      "Hold to confirm positions",
+      "Compare each joint with the positions in the notice. Hold this for 3 s per arm if they are right; if not, correct the offset in the hardware file.",
+      () => {},
+      "confirm",
+    );
+    element.id = "confirm-positions";
+    let asked: Unconfirmed[] = [];
+    const ask = async (): Promise<void> => {
+      const positions = this.unconfirmed();
+      if (hold.heldFor < kRepeat) asked = positions;
+      // Who holds the button has not seen a position that joins later.
+      if (positions.some(({ joint }) => asked.every((one) => one.joint !== joint))) return hold.end();
+      const arms = new Set(asked.map(({ arm }) => arm)).size;
+      element.style.setProperty("--held", `${Math.min(100, hold.heldFor / (0.01 * kConfirm * arms)).toFixed(0)}%`);
+      const answer = await this.c.commander.homeDrives();
+      if (!hold.active || (!answer.accepted && answer.reason.includes("--confirm"))) return;
+      if (answer.accepted) this.c.messages.add("done", `Confirmed: ${asked.map(({ text }) => text).join("; ")}`);
+      else this.c.messages.add("bad", `Positions are not confirmed: ${answer.reason}`);
+      hold.end();
+    };
+    const end = (): void => element.style.setProperty("--held", "0%");
+    const hold = new Hold(element, { period: kRepeat, ask: () => void ask(), end });
     return element;
   }
 
@@ -116,6 +163,13 @@ export class Operate implements Panel {
     if (this.idle.hidden && idling !== "" && this.c.replayed === "") this.c.messages.add("bad", idling);
     setShown(this.idle, idling !== "");
     setText(this.idle, idling);
+    const unconfirmed = this.unconfirmed();
+    setShown(this.positions, unconfirmed.length > 0);
+    setText(
+      this.positions,
+      `✕ Position not confirmed: ${unconfirmed.map(({ text }) => text).join("; ")}. Compare it with the joint, then hold Confirm.`,
+    );
+    setShown(this.confirm, unconfirmed.length > 0);
     this.updateButtons(now);
   }
 
@@ -134,6 +188,7 @@ export class Operate implements Panel {
     judge(this.home, "home");
     setShown(this.reference, (world.halStatus()?.bus_count ?? 0) > 0);
     judge(this.reference, "homeDrives");
+    judge(this.confirm, "homeDrives");
     this.reasons.show(refused);
   }
 }

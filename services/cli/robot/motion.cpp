@@ -13,6 +13,7 @@
 #include "services/cli/robot/axis_motion.h"
 #include "services/cli/subcommand.h"
 #include "services/client/motions.h"
+#include "services/client/unconfirmed_positions.h"
 #include "services/runtime/process.h"
 #include "services/runtime/stop_signal.h"
 
@@ -26,7 +27,12 @@ struct MotionCommand {
 };
 
 /// Repeats the request until the HAL takes it as a confirmation. @throw Failure
-void confirmPositions(client::Client& client, const dds::HalRequest& request, runtime::StopSignal& stop) {
+void confirmPositions(client::Client& client,
+                      const config::Robot& robot,
+                      const dds::HalRequest& request,
+                      runtime::StopSignal& stop) {
+  const client::Snapshot now = client.snapshot();
+  std::cerr << client::describeUnconfirmed(client::unconfirmedPositions(robot, now.hal, now.state), "");
   constexpr double kRepeat = 0.2, kLongest = 40.0;  // s: longer than ArmHardware::kConfirmTime of every arm
   const auto start = std::chrono::steady_clock::now();
   while (true) {
@@ -55,7 +61,7 @@ int homeDrives(const MotionCommand& options) {
   request.kind = static_cast<std::uint8_t>(dds::HalKind::kHome);
   request.arm = options.arm.empty() ? dds::kAllArms : client::armIndex(robot, options.arm);
   if (options.confirm)
-    confirmPositions(client, request, stop);
+    confirmPositions(client, robot, request, stop);
   const auto start = std::chrono::steady_clock::now();
   bool began = false;
   while (client.hal(request).value == 0) {

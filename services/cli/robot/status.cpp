@@ -28,6 +28,7 @@
 #include "services/client/lost_protections.h"
 #include "services/client/motions.h"
 #include "services/client/run_summary.h"
+#include "services/client/unconfirmed_positions.h"
 #include "services/runtime/diagnostics.h"
 #include "services/runtime/method_library.h"
 #include "services/runtime/process.h"
@@ -165,6 +166,7 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment,
   }
   json["guards"] = guards;
   json["lost_protections"] = client::lostProtections(robot, s.hal);
+  json["unconfirmed"] = client::unconfirmedPositions(robot, s.hal, s.state);
   json["dropped"] = droppedJson(s);
   json["diagnostics"] = diagnosticsJson(s);
   json["domain"] = deployment.domain;

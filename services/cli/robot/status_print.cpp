@@ -9,6 +9,7 @@
 #include "services/cli/robot/processes.h"
 #include "services/client/lost_protections.h"
 #include "services/client/run_summary.h"
+#include "services/client/unconfirmed_positions.h"
 
 namespace tandem::cli {
 namespace {
@@ -118,6 +119,7 @@ void printStatus(const nlohmann::ordered_json& json) {
     std::printf(" none");
   std::printf("\n");
   std::fputs(client::describeLost(json["lost_protections"], "  ").c_str(), stdout);
+  std::fputs(client::describeUnconfirmed(json["unconfirmed"], "  ").c_str(), stdout);
   for (const auto& [service, topics] : json["dropped"].items()) {
     for (const auto& [topic, what] : topics.items())
       std::printf("  malformed samples dropped by %s: %s: %s\n", service.c_str(), topic.c_str(),

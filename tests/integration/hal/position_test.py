@@ -11,7 +11,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from hardware import COUNTS_PER_M, HalTest, system  # noqa: E402
 
 TOLERANCE = 0.5e-3  # m
-READY, UNHOMED = "switch on disabled", "unhomed"
+READY, UNCONFIRMED = "switch on disabled", "position not confirmed"
 
 
 class Positions(HalTest):
@@ -49,25 +49,39 @@ class Positions(HalTest):
 
     def test_a_killed_hal_asks_after_a_jump(self):
         self.running = self.start_hal()
-        self.await_states(UNHOMED, UNHOMED, UNHOMED)
+        self.await_states(UNCONFIRMED, UNCONFIRMED, UNCONFIRMED)
         self.assert_refused(system.run("home", "-d", self.running.path), "--confirm")
         self.assertEqual({arm["homed"] for arm in self.monitor(self.running)["arms"]}, {False})
+        waiting = self.running.status()["unconfirmed"]
+        self.assertEqual([entry["joint"] for entry in waiting],
+                         [f"arm_{arm} beta_{tube}" for arm in "ab" for tube in (1, 2, 3)])
+        self.assertEqual({entry["expected"] for entry in waiting}, {None})
+        self.assertIn("no last position is stored", waiting[0]["text"])
         self.confirm()
         [file] = system.until(lambda: list(self.stored.glob("*.txt")), 10, "the positions are stored")
         system.until(lambda: len(file.read_text().splitlines()) == 14, 10, "all twelve of them")
-        for jump, first in ((0.5 * TOLERANCE, READY), (3.0 * TOLERANCE, UNHOMED)):
+        for jump, first in ((0.5 * TOLERANCE, READY), (3.0 * TOLERANCE, UNCONFIRMED)):
             text = file.read_text()
             self.kill()
             self.tell("a", f"turn 1 {round(jump * COUNTS_PER_M)}")
             self.assertEqual(file.read_text(), text)
             self.running = self.start_hal()
             self.await_states(first, READY, READY)
-            if first == UNHOMED:
+            waiting = self.running.status()["unconfirmed"]
+            self.assertEqual(len(waiting), 1 if first == UNCONFIRMED else 0)
+            if first == UNCONFIRMED:
+                found = waiting[0]
+                self.assertEqual(found["joint"], "arm_a beta_1")
+                self.assertAlmostEqual(found["measured"] - found["expected"], jump, delta=0.5 * TOLERANCE)
+                self.assertAlmostEqual(found["tolerance"], TOLERANCE)
+                text = self.assert_ok(system.run("status", self.running.path)).stdout
+                self.assertIn("arm_a beta_1: position not confirmed: ", text)
                 self.confirm()
+                self.assertEqual(self.running.status()["unconfirmed"], [])
         self.kill()
         file.write_text(file.read_text()[:-30])
         self.running = self.start_hal()
-        self.await_states(UNHOMED, UNHOMED, UNHOMED)
+        self.await_states(UNCONFIRMED, UNCONFIRMED, UNCONFIRMED)
         self.confirm()
 
 

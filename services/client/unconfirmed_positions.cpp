@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "services/client/unconfirmed_positions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "idl/enumerations.h"
+
+namespace tandem::client {
+namespace {
+
+std::string inUnit(double value, bool translation) {
+  return fmt::format("{:.3f} {}", value * (translation ? 1e3 : 180.0 / std::numbers::pi), translation ? "mm" : "deg");
+}
+
+std::string reasonOf(idl::LastPosition last) {
+  switch (last) {
+    case idl::LastPosition::kDamaged:
+      return "the file of last positions is damaged";
+    case idl::LastPosition::kChanged:
+      return "the last position was stored with other keys of the conversion (counts, gear, offset, encoder)";
+    default:
+      return "no last position is stored";
+  }
+}
+
+}  // namespace
+
+nlohmann::ordered_json unconfirmedPositions(const config::Robot& robot,
+                                            const dds::HalStatus& hal,
+                                            const dds::ActuationState& state) {
+  auto json = nlohmann::ordered_json::array();
+  for (std::size_t k = 0; k < std::min<std::size_t>(hal.arm_count, robot.arms.size()); ++k) {
+    const config::Arm& arm = robot.arms[k];
+    for (std::size_t j = 0; j < arm.joint_names.size(); ++j) {
+      const std::size_t i = dds::jointIndex(static_cast<int>(k), static_cast<int>(j));
+      if (static_cast<idl::AxisPhase>(hal.axis_phase[i]) != idl::AxisPhase::kUnconfirmed)
+        continue;
+      const bool translation = arm.limits.isTranslation(static_cast<int>(j));
+      const auto last = static_cast<idl::LastPosition>(hal.axis_last[i]);
+      const bool known = last == idl::LastPosition::kKnown;
+      const double expected = hal.axis_last_position[i], tolerance = hal.axis_jump_tolerance[i];
+      const std::string joint = arm.name + " " + arm.joint_names[j];
+      nlohmann::ordered_json entry{{"joint", joint}, {"measured", state.position[i]}, {"expected", nullptr}};
+      if (known)
+        entry["expected"] = expected;
+      entry["tolerance"] = tolerance;
+      entry["text"] = joint + ": position not confirmed: " + inUnit(state.position[i], translation) + " measured; " +
+                      (known ? "expected " + inUnit(expected, translation) + ", as it was last, or at most " +
+                                   inUnit(tolerance, translation) + " away"
+                             : "nothing to compare it with: " + reasonOf(last));
+      json.push_back(entry);
+    }
+  }
+  return json;
+}
+
+std::string describeUnconfirmed(const nlohmann::ordered_json& unconfirmed, const std::string& indent) {
+  std::string text;
+  for (const auto& entry : unconfirmed)
+    text += indent + entry["text"].get<std::string>() + '\n';
+  return text;
+}
+
+}  // namespace tandem::client
