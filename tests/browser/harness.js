@@ -274,15 +274,16 @@ class Operator {
     await this.page.waitForSelector(`${selector}[aria-disabled="false"]`);
     await this.page.click(selector);
   }
-  /** Holds a button until `done` is met: on a busy machine a hold may end by the gap of its timer. */
-  async hold(selector, done) {
+  /** Holds a button until `done` is met, in several attempts: on a busy machine a hold may end by the gap of its timer.
+   * @param longest  of an attempt, ms */
+  async hold(selector, done, longest = 3000) {
     await this.page.waitForSelector(`${selector}[aria-disabled="false"]`);
     await this.page.locator(selector).scrollIntoViewIfNeeded();
     const box = await this.page.locator(selector).boundingBox();
     await this.page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
     for (let attempt = 0; attempt < 20; ++attempt) {
       await this.page.mouse.down();
-      const met = await Promise.race([done, new Promise((over) => setTimeout(() => over("late"), 3000))]);
+      const met = await Promise.race([done, new Promise((over) => setTimeout(() => over("late"), longest))]);
       await this.page.mouse.up();
       if (met !== "late") return;
     }

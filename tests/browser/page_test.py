@@ -17,16 +17,17 @@ import system  # noqa: E402  pylint: disable=wrong-import-position
 class Operated(system.SystemTest):
     """Only sim, control and planning run; the script starts and kills the console."""
 
-    def operate(self, script, preset, *words, **changes):
+    def operate(self, script, preset, *words, drives="", **changes):
+        """`drives`: hardware file of simulated drives, instead of the preset's."""
         artifacts = pathlib.Path(os.environ.get("TANDEM_ARTIFACTS", self.folder / "artifacts"))
         artifacts.mkdir(parents=True, exist_ok=True)
         # Software rendering occupies both cores of a small machine. Watchdogs have separate tests with default budgets; here only the page
         # is tested.
-        path = system.deployment(self.folder, preset, budgets="{minimum_age_ms: 1000, lease_ms: 3000, "
+        path = system.deployment(self.folder, preset, budgets="{minimum_age_ms: 1000, lease_ms: 3000, drive_heartbeat_ms: 2000, "
                                  "planning_reference_ms: 1000, teleoperation_ms: 500}", **changes)
         others = ("executable: tandem-recorder", "executable: tandem-console")
         lines = [line for line in path.read_text().splitlines() if not any(other in line for other in others)]
-        path.write_text("\n".join(lines) + "\n")
+        path.write_text("\n".join(lines).replace("[--hardware, handheld,", f"[--hardware, {drives},") + "\n")
         robot = system.System(path)
         self.addCleanup(robot.close)
         setting = {"bin": str(pathlib.Path(system.executable()).parent), "deployment": str(robot.path),
@@ -80,6 +81,21 @@ class Replay(Operated):
 class Catheters(Operated):
     def test_catheters_and_what_they_hold(self):
         self.operate("catheters.js", "ablation-pair", robot=system.PRESETS / "cooperative" / "ablation-pair.yaml")
+
+
+class Positions(Operated):
+    """With drives behind tandem-hal: the joints' absolute positions have to be confirmed."""
+
+    def test_what_has_to_be_confirmed(self):
+        os.environ["XDG_STATE_HOME"] = str(self.folder / "state")
+        robot = system.PRESETS / "robots" / "handheld.yaml"
+        hardware = self.folder / "hardware.yaml"
+        hardware.write_text((system.PRESETS / "hardware" / "handheld-absolute.yaml").read_text()
+                            .replace("feedback_budget_ms: 300", "feedback_budget_ms: 900")
+                            .replace("unix:/tmp/tandem-handheld-absolute", f"unix:{self.folder / 'bus'}")
+                            .replace("../robots/handheld.yaml", str(robot)))
+        self.operate("positions.js", "handheld", robot=robot, hardware=hardware, drives=str(hardware),
+                     control_period_s=0.01)
 
 
 if __name__ == "__main__":

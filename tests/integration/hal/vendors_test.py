@@ -92,6 +92,7 @@ class Vendors(HalTest):
         self.assert_ok(running.robot("run", "circle", timeout=90))
         for bus in "ab":
             self.assertEqual({drive["limit_hits"] for drive in self.drives(bus)}, {0}, "targets outside their limits")
+        self.assert_ok(running.robot("enable"))  # a run ends with power off
         self.lose_and_recover(running, 0, 5)  # the second rotation, a drive of the second vendor
         self.lose_and_recover(running, 1, 6)  # the third rotation, a drive of the fourth
         self.assert_ok(running.robot("run", self.trajectory("short", [0, 2, 0], points=4), timeout=60))
