@@ -107,6 +107,7 @@ class Run {
     follower_.start(spec, at, postures);
     result_.points = follower_.progress().point_count;
     int point = 0;
+    result_.path.add(0, {joints_.position(), 0});
     for (; follower_.update(at, reference_); at = place()) {
       if (options_.cancelled && options_.cancelled())
         return end(RehearsalEnd::kCancelled, {});
@@ -125,6 +126,7 @@ class Run {
       if (!joints_.move(track_.solution.velocity, options_.parameters.period))
         return end(RehearsalEnd::kGateRefuses, {}, point);
       joints_.measure(result_);
+      result_.path.add(++periods_, {joints_.position(), point});
       if (!look())
         return end(RehearsalEnd::kModel, std::string(kinematics::describe(track_.model)), point);
     }
@@ -153,6 +155,8 @@ class Run {
       result_.point = point;
     result_.iterations = follower_.progress().total_iterations;
     result_.q = joints_.position();
+    if (periods_ > 0)
+      result_.path.finish(periods_, {result_.q, follower_.progress().point});
     result_.reason = describeEnd(result_, options_.method, follower_.spec().hasRelative(), detail);
     return result_;
   }
@@ -164,9 +168,29 @@ class Run {
   Reference reference_;
   TrackResult track_;
   Rehearsal result_;
+  int periods_ = 0;
 };
 
 }  // namespace
+
+void RehearsedPath::add(int period, const RehearsedJoints& at) {
+  if (period % stride != 0)
+    return;
+  if (joints.size() == kMost - 1) {  // one place is that of the end
+    for (std::size_t k = 1; 2 * k < joints.size(); ++k)
+      joints[k] = joints[2 * k];
+    joints.resize((joints.size() + 1) / 2);
+    stride *= 2;
+    if (period % stride != 0)
+      return;
+  }
+  joints.push_back(at);
+}
+
+void RehearsedPath::finish(int period, const RehearsedJoints& at) {
+  if (period % stride != 0)
+    joints.push_back(at);
+}
 
 Rehearsal rehearse(const Arms& arms,
                    const TrajectorySpec& spec,

@@ -26,6 +26,25 @@ struct RehearsalOptions {
   std::function<void(int point, int points)> progress;  ///< may be empty
 };
 
+/// Joints on the way, and the point of the trajectory that they go to, from 1; 0: none yet.
+struct RehearsedJoints {
+  safety::RobotVector q;
+  int point = 0;
+};
+
+/// Joints of a run at equal distances of time. When there are too many, every second one goes and the distance doubles.
+struct RehearsedPath {
+  static constexpr std::size_t kMost = 128;
+
+  std::vector<RehearsedJoints> joints;  ///< of the start, then one per `stride` control periods; last those of the end
+  int stride = 1;                       ///< control periods
+
+  /// @param period  counts from 0; called for each, in order
+  void add(int period, const RehearsedJoints& joints);
+  /// @param period  the last one
+  void finish(int period, const RehearsedJoints& joints);
+};
+
 struct Rehearsal {
   RehearsalEnd end = RehearsalEnd::kInvalid;
   int points = 0;
@@ -39,6 +58,7 @@ struct Rehearsal {
   double largest_violation = 0.0;  ///< of equation (1) and the boxes along the path, after the gate, m or rad
   double fastest_rotation = 0.0;   ///< rad/s
   safety::RobotVector q;           ///< joints at the end
+  RehearsedPath path;
 };
 
 /** Runs follower, tracker and gate with ideal joints that follow their setpoints exactly. A run continues after an

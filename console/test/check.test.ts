@@ -5,6 +5,7 @@ import { missesOf, pathsOf } from "../src/scene/preview";
 import type { Planner, Wanted } from "../src/state/check";
 import { TrajectoryCheck } from "../src/state/check";
 import { describeCheck } from "../src/state/checktext";
+import { rehearsedJoints } from "../src/state/rehearsal";
 import type { Answer } from "../src/state/commander";
 import type { ComputationResult, PointReport } from "../src/wire/messages";
 import { ComputationKind, Outcome, Reach, RehearsalEnd, ReplyCode } from "../src/wire/messages";
@@ -201,4 +202,21 @@ test("the scene shows both paths, and each missed point with the nearest one", (
     [2, 0, 0],
     [2, 2, 0],
   ]);
+});
+
+test("a rehearsal has the joints of its periods, and their times", () => {
+  const rehearsal = {
+    joints: Float64Array.from([1, 2, 3, 4, 5, 6]),
+    joints_points: Uint32Array.from([0, 1, 3]),
+    stride: 4,
+    iterations: 7,
+  };
+  const of = (rehearsed: number): ComputationResult => result(1, { rehearsed, without_posture: rehearsal as never });
+  expect(rehearsedJoints(of(1), 2, 0.1)).toEqual([
+    { joints: [1, 2], point: 0, time: 0 },
+    { joints: [3, 4], point: 1, time: expect.closeTo(0.4) as number },
+    { joints: [5, 6], point: 3, time: expect.closeTo(0.7) as number },
+  ]);
+  expect(rehearsedJoints(of(0), 2, 0.1)).toEqual([]);
+  expect(rehearsedJoints(of(1), 4, 0.1)).toHaveLength(1); // never more than there are joints for
 });

@@ -25,7 +25,10 @@ const covered = () => {
   );
 };
 
-module.exports = ({ me, robot, server, run, shot, open }) => {
+/** m or rad between a ghost and the nearest joints that were seen in the run, ten times a second. */
+const kGhost = 0.02;
+
+module.exports = ({ me, robot, server, enable, run, shot, open }) => {
   const page = () => me().page;
   /** Text of the trajectory, as an operator types it. */
   async function type(yaml) {
@@ -71,14 +74,21 @@ module.exports = ({ me, robot, server, run, shot, open }) => {
       await me().text("#run-check", /^✕ .*pionts.*did you mean .*points/);
     },
 
-    async "preview: ghosts follow the checked trajectory, and the robot stands"() {
+    async "preview: ghosts pass the joints that the robot then passes, which stands meanwhile"() {
       const since = monotonic();
       await type(line(15));
       await me().text("#run-check", /^✓ All 20 points/);
       await drawn();
       const before = await scene();
+      await page().evaluate(() => {
+        const note = document.getElementById("preview-note");
+        window.ghosts = [];
+        new MutationObserver(() => window.ghosts.push(note.dataset.joints.split(" ").map(Number))).observe(note, {
+          attributeFilter: ["data-joints"],
+        });
+      });
       await me().press("#run-preview");
-      await me().text("#preview-note", /PREVIEW, not the robot: point 1\d of 20/);
+      await me().text("#preview-note", /PREVIEW, not the robot: point 1\d of 20, \d+\.\d s after the start/);
       // The notice is no part of the scene: only ghosts change it.
       await me().waitForScene("ghosts are drawn", (s) => differing(s, before) > 20);
       await shot("console-preview");
@@ -86,6 +96,21 @@ module.exports = ({ me, robot, server, run, shot, open }) => {
       await me().waitForScene("ghosts are gone", (s) => differing(s, before) < 5);
       await robot().until("be observed", () => true);
       assert.ok(robot().changed < since, "a joint moved in the preview");
+
+      const passed = [];
+      const watch = () => passed.push(robot().joints);
+      robot().waiting.add(watch);
+      await enable();
+      await me().press("#run-start");
+      await me().text("#progress", /finished/);
+      await robot().stands("the end of the run", monotonic());
+      robot().waiting.delete(watch);
+      const apart = (a, b) => Math.max(...a.map((q, j) => Math.abs(q - b[j])));
+      const ghosts = await page().evaluate(() => window.ghosts);
+      assert.ok(ghosts.length > 8, `only ${ghosts.length} ghosts were seen`);
+      const worst = Math.max(...ghosts.map((ghost) => Math.min(...passed.map((joints) => apart(ghost, joints)))));
+      console.log(`    ${ghosts.length} ghosts, ${worst.toExponential(1)} m or rad from the joints of the run`);
+      assert.ok(worst < kGhost, "the robot went elsewhere");
     },
 
     async "preview: a trajectory is made with a form, and the server's parser names the wrong field"() {

@@ -1,19 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Check of the chosen trajectory, beside its start: path, missed points and reason; and a preview in which ghosts of the arms follow it. */
+/** Check of the chosen trajectory, beside its start: path, missed points and reason; and a preview in which ghosts of the arms play the
+ * rehearsal. */
 import { kThickness } from "../scene/drawing";
 import type { Backbone } from "../scene/sweep";
 import type { View } from "../scene/view";
 import { TrajectoryCheck } from "../state/check";
 import { describeCheck } from "../state/checktext";
 import { nameOf } from "../state/descriptions";
+import type { Rehearsed } from "../state/rehearsal";
+import { rehearsedJoints } from "../state/rehearsal";
 import { fetchJson, isTranslation, mayCommand } from "../state/robot";
 import { Phase } from "../wire/messages";
-import type { ComputationProgress, ComputationResult, PointReport } from "../wire/messages";
+import type { ComputationProgress, ComputationResult } from "../wire/messages";
 import type { Context } from "./context";
 import { action, h, setAttribute, setShown, setText, setUsable } from "./dom";
 
-/** Shortest times of a point and of all points, ms. */
-const [kPerPoint, kPlays] = [80, 6000];
+/** Shortest times of one pose and of all, ms. */
+const [kPerPose, kPlays] = [80, 6000];
 
 /** Bodies of the arms at some joints, from the server: GET /api/shape. */
 interface Shapes {
@@ -26,7 +29,8 @@ export class Preview {
   private readonly note: HTMLElement;
   private readonly check: TrajectoryCheck;
   private shown: ComputationResult | null = null;
-  /** performance.now() at the first point; -1: the preview does not play */
+  private rehearsed: readonly Rehearsed[] = [];
+  /** performance.now() at the first pose; -1: the preview does not play */
   private began = -1;
   private readonly shapes = new Map<number, Backbone[] | null>();
   private asked = 0;
@@ -47,7 +51,7 @@ export class Preview {
     link.subscribe<ComputationResult>(topic("result"), (result) => {
       if (result.client === commander.client) this.check.ended(result);
     });
-    this.button = action("Preview", "Ghosts of the arms follow the checked trajectory; the robot does not move", () =>
+    this.button = action("Preview", "Ghosts of the arms move as in the rehearsal; the robot does not move", () =>
       this.began < 0 ? this.play() : this.end(),
     );
     this.button.id = "run-preview";
@@ -74,7 +78,7 @@ export class Preview {
     const result = state.kind === "done" && !runs ? state.result : null;
     if (result !== this.shown) this.show(result);
     setShown(this.button, robot.capabilities.computation);
-    setUsable(this.button, result && this.points().length > 0 ? "" : "There is no checked trajectory.");
+    setUsable(this.button, result && this.rehearsed.length > 0 ? "" : "There is no rehearsed trajectory.");
     setText(this.button, this.began < 0 ? "Preview" : "End preview");
     this.animate(now);
   }
@@ -98,13 +102,14 @@ export class Preview {
     const all = this.c.robot.arms.map(({ joints }, k) => this.c.world.joints(k)?.position.slice(0, joints.length));
     return all.every((one) => one !== undefined) ? all.flatMap((one) => [...one]) : null;
   }
-  private points = (): readonly PointReport[] => this.shown?.report.points ?? [];
-
   private show(result: ComputationResult | null): void {
+    const { arms, control } = this.c.robot;
+    const count = arms.reduce((sum, { joints }) => sum + joints.length, 0);
     this.shown = result;
+    this.rehearsed = result ? rehearsedJoints(result, count, control.period) : [];
     this.shapes.clear();
     this.end();
-    this.view.preview.show(this.points());
+    this.view.preview.show(result?.report.points ?? []);
     this.view.guides.showPath(result === null);
     this.view.touch();
   }
@@ -121,14 +126,16 @@ export class Preview {
 
   private animate(now: number): void {
     if (this.began < 0) return;
-    const points = this.points();
-    const at = Math.floor((now - this.began) / Math.max(kPerPoint, kPlays / points.length));
-    if (at >= points.length) return this.end();
-    setShown(this.note, true);
-    setText(this.note, `PREVIEW, not the robot: point ${points[at]!.point} of ${points.length}`);
+    const at = Math.floor((now - this.began) / Math.max(kPerPose, kPlays / this.rehearsed.length));
+    const pose = this.rehearsed[at];
+    if (!pose) return this.end();
     const shapes = this.shapes.get(at);
     if (shapes) {
-      const { joints } = points[at]!;
+      const { joints, point, time } = pose;
+      const all = this.shown!.without_posture.points;
+      setShown(this.note, true);
+      setText(this.note, `PREVIEW, not the robot: point ${point} of ${all}, ${time.toFixed(1)} s after the start`);
+      setAttribute(this.note, "data-joints", joints.join(" "));
       let from = 0;
       const angles = this.c.robot.arms.map((arm) => {
         const turns = arm.tubes.length;
@@ -138,10 +145,10 @@ export class Preview {
       });
       this.view.preview.ghost(shapes, angles, kThickness);
       this.view.touch();
-    } else if (shapes === undefined && this.asked < 2) void this.fetch(at, points[at]!);
+    } else if (shapes === undefined && this.asked < 2) void this.fetch(at, pose);
   }
 
-  private async fetch(at: number, { joints }: PointReport): Promise<void> {
+  private async fetch(at: number, { joints }: Rehearsed): Promise<void> {
     const of = this.shown;
     this.asked += 1;
     this.shapes.set(at, null);

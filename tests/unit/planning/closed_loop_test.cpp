@@ -299,6 +299,8 @@ TEST(ClosedLoop, ATipAloneIsTracked) {
         EXPECT_EQ(run.end, RehearsalEnd::kCompleted) << name(method) << ": " << run.reason;
         kinematics::Tip tip;
         ASSERT_EQ(robot.a->tip(run.q.head(6), tip), kinematics::ModelStatus::kOk);
+        EXPECT_EQ(run.path.joints.front().q, start.head(arms->jointCount()));
+        EXPECT_EQ(run.path.joints.back().q, run.q);
         EXPECT_LE((tip.pose.translation() - one.points.back().wanted.tip).norm(), spec.tolerance) << name(method);
         // hqp's last level moves all joints away from their limits.
         if (arms == &robot.both && method != control::Method::kHqp) {
@@ -308,6 +310,25 @@ TEST(ClosedLoop, ATipAloneIsTracked) {
     }
   }
   EXPECT_GE(feasible, static_cast<int>(cases(12)) / 4);
+}
+
+/// Whatever the number of periods: the start, every stride-th period in order, and the end; never too many, never few
+/// of many.
+TEST(ClosedLoop, ThePathOfARehearsalIsEquallySpacedAndBounded) {
+  for (int periods = 1; periods < 3000; periods += periods < 300 ? 1 : 97) {
+    SCOPED_TRACE(periods);
+    RehearsedPath path;
+    const auto at = [](int period) { return RehearsedJoints{safety::RobotVector::Constant(2, period), period}; };
+    for (int period = 0; period <= periods; ++period)
+      path.add(period, at(period));
+    path.finish(periods, at(periods));
+    ASSERT_LE(path.joints.size(), RehearsedPath::kMost);
+    EXPECT_GE(path.joints.size(),
+              std::min<std::size_t>(static_cast<std::size_t>(periods) + 1, RehearsedPath::kMost / 2));
+    for (std::size_t k = 0; k + 1 < path.joints.size(); ++k)
+      EXPECT_EQ(path.joints[k].point, static_cast<int>(k) * path.stride);
+    EXPECT_EQ(path.joints.back().q, at(periods).q);
+  }
 }
 
 TEST(ClosedLoop, ARehearsalRefusesWhatMakesNoSense) {

@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <condition_variable>
 #include <filesystem>
 #include <limits>
+#include <span>
 
 #include "services/computation/reports.h"
 #include "services/dds/validate.h"
@@ -209,7 +211,14 @@ TEST(Computation, RehearsalReportsTheResultOfTheMethod) {
   for (const dds::RehearsalReport* run : {&result.with_posture, &result.without_posture}) {
     EXPECT_EQ(static_cast<planning::RehearsalEnd>(run->end), planning::RehearsalEnd::kCompleted) << run->reason;
     EXPECT_EQ(run->converged, 5u);
+    ASSERT_EQ(run->joints.size(), 12 * run->joints_points.size());
+    EXPECT_TRUE(std::ranges::equal(std::span(run->joints).first(12), result.start));
+    EXPECT_EQ(run->joints_points.front(), 0u);
+    EXPECT_EQ(run->joints_points.back(), 5u);
+    EXPECT_TRUE(std::ranges::is_sorted(run->joints_points));
+    EXPECT_EQ(run->joints_points.size(), (run->iterations + run->stride - 1) / run->stride + 1);
   }
+  EXPECT_EQ(dds::malformed(result), nullptr);
 }
 
 TEST(Computation, AStartOutsideItsLimitsIsAnAnswerAndNoRefusal) {
