@@ -17,6 +17,7 @@ import { Recording } from "./panels/recording";
 import { Replay } from "./panels/replay";
 import type { Shown } from "./panels/replay";
 import { Run } from "./panels/run";
+import { Span } from "./panels/span";
 import { StopKey } from "./panels/stop";
 import { tabs } from "./panels/tabs";
 import { askForToken } from "./panels/token";
@@ -138,7 +139,9 @@ export class App {
     const method = new MethodPanel(this.c);
     const hands = robot.capabilities.tips ? new Hands(this.c) : null;
     const header = new Header(this.c);
-    const bars = new Bars(this.c);
+    const span = new Span(this.c, this.view);
+    this.hud.figures.append(span.element);
+    const bars = new Bars(this.c, span);
     place.append(this.hud.element);
     const phone = onPhone();
     root.classList.toggle("phone", phone);
@@ -170,6 +173,7 @@ export class App {
       method,
       ...(hands ? [hands] : []),
       bars,
+      span,
       charts,
       this.hud,
       this.health,

@@ -107,8 +107,8 @@ Answer answer(Context& context, const Request& request) {
     return refuse(context, 400, invalid.what());
   }
   return refuse(context, 404,
-                "expected /api/robot, /api/trajectories, /api/shape, /api/recording, /api/recordings, /api/events, "
-                "/api/stats or /api/clock");
+                "expected /api/robot, /api/trajectories, /api/shape, /api/span, /api/recording, /api/recordings, "
+                "/api/events, /api/stats or /api/clock");
 }
 
 }  // namespace tandem::console

@@ -137,6 +137,9 @@ class Console {
       return trajectories_;
     if (path == "/shape")
       return shapes_.at(console::parameterOf(query, "joints"));
+    if (path == "/span")
+      return shapes_.span({console::parameterOf(query, "joints"), console::parameterOf(query, "joint"),
+                           console::parameterOf(query, "lower"), console::parameterOf(query, "upper")});
     if (path.starts_with("/recordings"))
       return answerReplay(path, std::string(query));
     if (path.starts_with("/recording"))

@@ -11,28 +11,31 @@
 namespace tandem::console {
 namespace {
 
-std::vector<double> numbersOf(std::string_view text) {
-  std::vector<double> numbers;
-  std::istringstream parts{std::string(text)};
-  for (std::string part; std::getline(parts, part, ',');) {
-    char* end = nullptr;
-    const double number = std::strtod(part.c_str(), &end);
-    if (part.empty() || *end != '\0' || !std::isfinite(number))
-      throw std::invalid_argument("joints: found '" + part.substr(0, 40) + "', expected a finite number, m or rad");
-    numbers.push_back(number);
-  }
-  return numbers;
+double numberOf(const std::string& name, const std::string& text) {
+  char* end = nullptr;
+  const double number = std::strtod(text.c_str(), &end);
+  if (text.empty() || *end != '\0' || !std::isfinite(number))
+    throw std::invalid_argument(name + ": found '" + text.substr(0, 40) + "', expected a finite number, m or rad");
+  return number;
 }
 
 }  // namespace
 
-std::string Shapes::at(std::string_view joints) const {
+std::vector<double> Shapes::jointsOf(std::string_view text) const {
   if (robot_.models().empty())
     throw std::invalid_argument("joints: the arms of this robot have no shape without the other arms");
-  const std::vector<double> q = numbersOf(joints);
+  std::vector<double> q;
+  std::istringstream parts{std::string(text)};
+  for (std::string part; std::getline(parts, part, ',');)
+    q.push_back(numberOf("joints", part));
   if (static_cast<int>(q.size()) != robot_.jointCount())
     throw std::invalid_argument("joints: found " + std::to_string(q.size()) + " numbers, expected " +
                                 std::to_string(robot_.jointCount()));
+  return q;
+}
+
+std::string Shapes::at(std::string_view joints) const {
+  const std::vector<double> q = jointsOf(joints);
   nlohmann::json arms = nlohmann::json::array();
   std::vector<kinematics::ShapePoint> buffer;
   for (int k = 0; k < robot_.armCount(); ++k) {
@@ -45,6 +48,36 @@ std::string Shapes::at(std::string_view joints) const {
       arms.push_back(nullptr);
   }
   return nlohmann::json{{"arms", arms}}.dump();
+}
+
+std::string Shapes::span(const Span& span) const {
+  const std::vector<double> q = jointsOf(span.joints);
+  const double index = numberOf("joint", std::string(span.joint));
+  const double lower = numberOf("lower", std::string(span.lower)), upper = numberOf("upper", std::string(span.upper));
+  if (index != std::floor(index) || index < 0.0 || index >= robot_.jointCount())
+    throw std::invalid_argument("joint: found " + std::string(span.joint) + ", expected a whole number from 0 to " +
+                                std::to_string(robot_.jointCount() - 1));
+  if (lower > upper)
+    throw std::invalid_argument("lower: found " + std::string(span.lower) + ", expected at most upper, " +
+                                std::string(span.upper));
+  const int joint = static_cast<int>(index);
+  int arm = 0;
+  while (joint >= robot_.offset(arm) + robot_.size(arm))
+    ++arm;
+  Eigen::VectorXd own = Eigen::VectorXd::Map(q.data() + robot_.offset(arm), robot_.size(arm));
+  nlohmann::json tips = nlohmann::json::array();
+  kinematics::Branch branch;
+  for (int k = 0; k < kSpanPoints; ++k) {
+    own[joint - robot_.offset(arm)] = lower + (upper - lower) * k / (kSpanPoints - 1);
+    kinematics::Tip tip;
+    if (robot_.models()[static_cast<std::size_t>(arm)]->tip(own, branch, tip) == kinematics::ModelStatus::kOk) {
+      const Eigen::Vector3d at = tip.pose.translation();
+      tips.push_back({at.x(), at.y(), at.z()});
+    } else {
+      tips.push_back(nullptr);
+    }
+  }
+  return nlohmann::json{{"tips", tips}}.dump();
 }
 
 }  // namespace tandem::console

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Bodies of the arms at given joints, for the preview of a trajectory. */
+/** @file Bodies and tips of the arms at given joints, for previews. */
 #pragma once
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "robots/robot_model.h"
 
@@ -19,7 +20,22 @@ class Shapes {
   /// @throw std::invalid_argument that names what was found and expected
   std::string at(std::string_view joints) const;
 
+  /// One joint that moves alone.
+  struct Span {
+    std::string_view joints;        ///< of all arms, as in at()
+    std::string_view joint;         ///< index among them, counts from 0
+    std::string_view lower, upper;  ///< m or rad
+  };
+  static constexpr int kSpanPoints = 33;
+  /// JSON with `tips`: positions (m, robot base frame) of the tip of the joint's arm at kSpanPoints places of the
+  /// joint, evenly spaced from lower to upper; null where the model has no solution.
+  /// @throw std::invalid_argument that names what was found and expected
+  std::string span(const Span& span) const;
+
  private:
+  /// @throw std::invalid_argument
+  std::vector<double> jointsOf(std::string_view text) const;
+
   robots::RobotModel robot_;
 };
 

@@ -149,6 +149,28 @@ module.exports = ({ me, robot, server, enable, run, shot, open }) => {
       await me().text("#run-check", /^(✓ All|✕) .*points/);
     },
 
+    async "preview: the range that a joint has now is said, and drawn as the line that its tip follows"() {
+      await enable();
+      const row = page().locator('.bar:has([aria-label="Hold to jog translation of tube 2 of arm A up"])');
+      const before = await scene();
+      await row.hover();
+      const text = await me().text("#span", /^.* of arm A: now -?[\d.]+ to -?[\d.]+ mm; green: where the tip gets$/);
+      const [lower, upper] = text.match(/-?[\d.]+(?= (to|mm))/g).map(Number);
+      const lengths = robot()
+        .last.arms[0].joints.slice(0, 3)
+        .map((beta) => 1000 * beta);
+      // Tube 2 moves between tubes 1 and 3, whose places bound it more than the robot file does (equation 1).
+      assert.ok(lower >= lengths[0] - 1 && upper <= lengths[2] + 1, `${text}; tubes at ${lengths}`);
+      assert.ok(lower <= lengths[1] + 0.01 && upper >= lengths[1] - 0.01, `${text}; tubes at ${lengths}`);
+      await me().waitForScene("the line is drawn", (s) => differing(s, before) > 3);
+      await shot("console-span");
+      await page().locator('.bar:has([aria-label$="of arm A up"])').nth(3).hover();
+      await me().text("#span", /of arm A: turns freely; green/);
+      await page().mouse.move(5, 5);
+      await page().waitForSelector("#span[hidden]", { state: "attached" });
+      await me().waitForScene("the line is gone", (s) => differing(s, before) < 3);
+    },
+
     async "preview: all topics are recorded, with marks, from the page"() {
       await me().text("#recording", /Nothing was recorded yet/);
       await page().waitForSelector('#record-mark[aria-disabled="true"][title="Nothing is recorded."]');

@@ -10,6 +10,7 @@ import type { Context, Panel } from "./context";
 import { whyNot } from "./context";
 import { h, setAttribute, setClass, setText, setUsable, action } from "./dom";
 import { Hold } from "./hold";
+import type { Span } from "./span";
 import { degrees, millimetres } from "../state/numbers";
 
 const kJogTranslation = 0.002; // m/s
@@ -35,7 +36,10 @@ export class Bars implements Panel {
   private readonly bars: Bar[] = [];
   private readonly holds: { arm: number; hold: Hold }[] = [];
 
-  constructor(private readonly c: Context) {
+  constructor(
+    private readonly c: Context,
+    private readonly span: Span,
+  ) {
     const arms = c.robot.arms.map((arm, k) => {
       const reach = Math.min(...arm.joints.map((joint, j) => (isTranslation(arm, j) ? (joint.lower ?? 0) : 0)));
       const rows = arm.joints.map((joint, j) => this.makeBar(k, j, joint, reach));
@@ -83,6 +87,7 @@ export class Bars implements Panel {
       text,
     );
     this.bars.push(bar);
+    this.span.watch(bar.row, arm, joint);
     return bar.row;
   }
 

@@ -17,6 +17,8 @@ export class Hud implements Panel {
   readonly element: HTMLElement;
   /** Below the scene, where it covers nothing. */
   readonly legend: HTMLElement;
+  /** In a corner of the scene. */
+  readonly figures: HTMLElement;
   private readonly near = h("output.figure", { id: "clearance" });
   private readonly relative = h("output.figure", { id: "relative" });
   private readonly curtain = h("div.curtain", { hidden: true, id: "curtain" });
@@ -53,12 +55,13 @@ export class Hud implements Panel {
       "small",
     );
     this.legend = this.makeLegend();
+    this.figures = h("div.figures", {}, this.near, this.relative);
     this.element = h(
       "div.hud",
       {},
       h("div.cameras", { role: "toolbar", "aria-label": "Cameras" }, ...cameras, thick.element, trail),
       c.notices.element,
-      h("div.figures", {}, this.near, this.relative),
+      this.figures,
       this.rate,
       this.handle,
       this.curtain,

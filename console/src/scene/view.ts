@@ -11,6 +11,7 @@ import { Guides } from "./guides";
 import { ObjectView } from "./object";
 import { PreviewView } from "./preview";
 import { regionsView } from "./regions";
+import { SpanView } from "./span";
 
 export const kPresets = ["home", "front", "side", "top", "tips", "endoscope"] as const;
 export type Preset = (typeof kPresets)[number];
@@ -23,6 +24,8 @@ export class View {
   readonly guides: Guides;
   /** A checked trajectory. */
   readonly preview: PreviewView;
+  /** Of a joint. */
+  readonly span = new SpanView();
   /** Grasped object. */
   readonly object: ObjectView | null;
   readonly camera: THREE.PerspectiveCamera;
@@ -91,7 +94,13 @@ export class View {
     this.camera.add(key); // the light moves with the camera, so that visible sides are always lit
     key.position.set(0.3, 0.6, 1);
     this.scene.add(this.camera, new THREE.HemisphereLight("#dfe8f5", "#2a3442", 1.1));
-    this.scene.add(this.guides.group, this.preview.group, this.ruler(), ...this.arms.map((arm) => arm.group));
+    this.scene.add(
+      this.guides.group,
+      this.preview.group,
+      this.span.group,
+      this.ruler(),
+      ...this.arms.map((arm) => arm.group),
+    );
     if (this.object) this.scene.add(this.object.mesh);
     this.scene.add(regionsView(robot.regions, this.focus(), 0.1 * this.reach));
     if (robot.port) {
