@@ -32,7 +32,7 @@ TEST(NodeGuarding, ReplacesTheHeartbeatOfTheDrives) {
   System system(guarded(), 0.0, guardingAlone());
   ASSERT_TRUE(system.boot() && system.enable()) << system.story();
   const Axis& axis = system.robot->arm(0).axis(0);
-  EXPECT_EQ(axis.driveNode().lostProtections(), bit(Protection::kCommandDeadline));
+  EXPECT_EQ(driveNode(axis).lostProtections(), bit(Protection::kCommandDeadline));
   can::VirtualBus::Port& listener = system.wires[0]->bus.join("listener");
   std::array<can::CanFrame, 256> frames;
   int requests = 0, answers = 0, toggles = 0, last = -1;
@@ -81,7 +81,7 @@ TEST(NodeGuarding, TheDriveStopsWhenTheMasterDies) {
       const AxisConfig& axis = system.config.axes[static_cast<std::size_t>(j)];
       AxisConfig slow = axis;
       slow.velocity = j < 3 ? 4e-3 : 0.3;
-      const ProtectionMask lost = system.robot->arm(0).axis(j).driveNode().lostProtections();
+      const ProtectionMask lost = driveNode(system.robot->arm(0).axis(j)).lostProtections();
       EXPECT_LE(std::abs(after[j] - before[j]), slow.travelWithoutHal(lost, kBudget));
     }
     system.run(0.5);
@@ -94,7 +94,7 @@ TEST(NodeGuarding, TheMasterNoticesADeadNode) {
   System system(guarded(), 0.0, guardingAlone());
   ASSERT_TRUE(system.boot() && system.enable()) << system.story();
   system.run(0.2);
-  const canopen::Node& node = system.robot->arm(0).axis(1).driveNode();
+  const canopen::Node& node = driveNode(system.robot->arm(0).axis(1));
   const std::int64_t death = system.now;
   ASSERT_TRUE(system.inject(0, FaultKind::kOff, node.id(), 0.0, 0.5));
   ASSERT_TRUE(system.until(0.4, [&] { return node.phase() == canopen::NodePhase::kFailed; }));
