@@ -159,7 +159,8 @@ def instructions(results):
         [[name, str(count)] for name, count in results.files.get("instructions", {}).items()]
 
 
-SECTIONS = (kinematics, cooperative, steps, cycles, poses, scaling, hal, trips, batches, simulation, methods, montecarlo, stops, instructions)
+SECTIONS = (kinematics, cooperative, steps, cycles, poses, scaling, hal, trips, batches, simulation, methods, montecarlo, stops,
+            instructions)
 
 
 def show(title, heads, rows, markdown):

@@ -28,8 +28,7 @@ export function describeSummary(summary: RunSummary, arms: readonly string[]): S
     const own = arm(summary.task_arm[k] ?? 0);
     const both = `${own} and ${arm(summary.task_other_arm[k] ?? 0)}`;
     const angle = kAngles[summary.task_kind[k] ?? 0];
-    if (angle !== undefined)
-      return `${angle} ${summary.task_kind[k] === TaskKind.relativeOrientation ? both : own}`;
+    if (angle !== undefined) return `${angle} ${summary.task_kind[k] === TaskKind.relativeOrientation ? both : own}`;
     if (summary.task_kind[k] === TaskKind.relativePosition) return `relative position of ${both}`;
     return summary.task_kind[k] === TaskKind.objectPose ? "common object" : `tip of ${own}`;
   };

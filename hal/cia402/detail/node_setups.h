@@ -7,7 +7,6 @@
 
 namespace tandem::hal {
 
-
 /// Objects that more than one part of the HAL knows.
 namespace objects {
 inline constexpr canopen::ObjectAddress kControlword{0x6040, 0};

@@ -56,7 +56,7 @@ class OwnDriver(HalTest):
         self.hardware.write_text(self.hardware.read_text().replace(BOARD, "/nowhere/libboard.so"))
         path = self.deployment()
         answer = subprocess.run([str(system.executable("tandem-hal")), "--deployment", str(path)], capture_output=True, text=True,
-                                       timeout=60, check=False)
+                                timeout=60, check=False)
         self.assertNotEqual(answer.returncode, 0)
         self.assertIn("bus board: /nowhere/libboard.so: cannot open shared object file", answer.stdout + answer.stderr)
 
