@@ -66,6 +66,11 @@ class Files(system.SystemTest):
         """Whether a key takes all these words: by its list, or by a pattern that replaced it."""
         return all(word in holds.get("enum", []) or re.search(holds.get("pattern", "^$"), str(word)) for word in words)
 
+    @staticmethod
+    def alternatives(pattern):
+        """Those of a pattern ^(one|other)$; any other pattern is one."""
+        return set(pattern[2:-2].split("|")) if pattern.startswith("^(") and pattern.endswith(")$") else {pattern}
+
     def test_every_key_still_has_its_name_its_default_and_its_values(self):
         today = keys.keys(system.SOURCE / "config" / "presets" / "schemas")
         changed = set()
@@ -75,6 +80,7 @@ class Files(system.SystemTest):
             self.assertIsNotNone(now, f"{name} is gone: its error has to say what to write instead (and REFUSED here)")
             for word, what in then.items():
                 kept = (self.permits(now, what) if word == "enum"
+                        else self.alternatives(what) <= self.alternatives(now.get(word, "")) if word == "pattern"
                         else now.get(word, what) <= what if word.lower().endswith("minimum") or word.startswith("min")
                         else now.get(word, what) >= what if word.startswith("max") else now.get(word) == what)
                 if not kept and (name, word) in NARROWED | REPLACED:
