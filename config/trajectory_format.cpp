@@ -111,20 +111,20 @@ void putTasks(YAML::Emitter& out, const planning::TrajectorySpec& spec) {
   const std::string arm = nameOrLetter(spec.arm_name, spec.arm);
   std::size_t next = 0;
   int place = 0;
-  const auto putFurtherHere = [&] {
+  const auto put_further_here = [&] {
     for (; next < spec.further.size() && spec.further[next].priority <= place; ++next, ++place)
       putFurther(out, spec.further[next]);
   };
-  putFurtherHere();
+  put_further_here();
   if (spec.hasRelative()) {
     out << YAML::Flow << YAML::BeginMap << YAML::Key << "relative" << YAML::Value << YAML::Flow
         << std::vector{arm, nameOrLetter(spec.other_arm_name, spec.other_arm)} << YAML::EndMap;
     ++place;
-    putFurtherHere();
+    put_further_here();
   }
   out << YAML::Flow << YAML::BeginMap << YAML::Key << "tip" << YAML::Value << arm << YAML::EndMap;
   ++place;
-  putFurtherHere();
+  put_further_here();
 }
 
 }  // namespace

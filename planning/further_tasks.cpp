@@ -123,7 +123,7 @@ TrajectoryPoint between(const TrajectorySpec& spec,
 Reference referenceTo(const TrajectorySpec& spec, const TrajectoryPoint& point) noexcept {
   Reference reference;
   std::size_t next = 0;
-  const auto addFurther = [&] {
+  const auto add_further = [&] {
     while (next < spec.further.size() && spec.further[next].priority <= reference.task_count) {
       const FurtherTask& task = spec.further[next];
       const TaskPlace& place = point.further[next++];
@@ -132,13 +132,13 @@ Reference referenceTo(const TrajectorySpec& spec, const TrajectoryPoint& point) 
     }
   };
   const auto add = [&](const TaskReference& task) {
-    addFurther();
+    add_further();
     reference.tasks[static_cast<std::size_t>(reference.task_count++)] = task;
   };
   if (spec.hasRelative())
     add({TaskKind::kRelativePosition, spec.arm, spec.other_arm, point.relative});
   add({TaskKind::kTipPosition, spec.arm, 0, point.tip});
-  addFurther();
+  add_further();
   return reference;
 }
 

@@ -76,8 +76,8 @@ TrackStatus ReferenceTracker::setTask(const TaskReference& wanted,
   if (measured && !(measured->arm[wanted.arm].known && (!relative || measured->arm[wanted.other_arm].known)))
     return TrackStatus::kSensor;
 
-  const auto poseOf = [&](int arm) { return measuredPose(result.tip[arm].pose, measured, arm); };
-  const Eigen::Isometry3d pose = poseOf(wanted.arm), other = relative ? poseOf(wanted.other_arm) : pose;
+  const auto pose_of = [&](int arm) { return measuredPose(result.tip[arm].pose, measured, arm); };
+  const Eigen::Isometry3d pose = pose_of(wanted.arm), other = relative ? pose_of(wanted.other_arm) : pose;
   const kinematics::TaskPlace at = kind->place(pose, other), place = wanted.place();
   kinematics::TaskRows rows;
   rows.residual = kind->residual(at, place);

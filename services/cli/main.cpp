@@ -52,9 +52,9 @@ bool answerHidden(const CLI::App& app, const std::vector<std::string>& words) {
 
 /// CLI11's messages about values in the form of all others: place, found, expected.
 std::string foundAndExpected(const std::string& text) {
-  static const std::regex kChoice(R"(([^\s:]+): (.*) not in \{(.*)\})");
-  static const std::regex kRange(R"(([^\s:]+): Value (.*) not in range (\S+) to (\S+))");
-  return std::regex_replace(std::regex_replace(text, kChoice, "$1: found '$2', expected one of $3"), kRange,
+  static const std::regex choice(R"(([^\s:]+): (.*) not in \{(.*)\})");
+  static const std::regex range(R"(([^\s:]+): Value (.*) not in range (\S+) to (\S+))");
+  return std::regex_replace(std::regex_replace(text, choice, "$1: found '$2', expected one of $3"), range,
                             "$1: found $2, expected a number from $3 to $4");
 }
 
