@@ -57,15 +57,15 @@ TEST(RawTopics, BytesAreThoseOfTheMessagesInOrder) {
 TEST(RawTopics, ADeepHistoryReservesLittleMemory) {
   constexpr std::size_t kReaders = 20, kMost = 64 * 1024;  // bytes of each
   Bus raw(testOptions());
-  const auto inUse = [] {
+  const auto in_use = [] {
     const auto info = mallinfo2();
     return info.uordblks + info.hblkhd;
   };
-  const std::size_t before = inUse();
+  const std::size_t before = in_use();
   std::vector<Reader> readers;
   while (readers.size() < kReaders)
     readers.push_back(rawReader(raw, infoOf("diagnostics"), [](const RawSample&) {}, {.depth = 1000}));
-  EXPECT_LT((inUse() - before) / kReaders, kMost);
+  EXPECT_LT((in_use() - before) / kReaders, kMost);
 }
 
 TEST(RawTopics, WrittenBytesAreMessagesToOthers) {

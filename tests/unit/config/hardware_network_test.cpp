@@ -53,7 +53,7 @@ TEST(HardwareNetwork, ABusHasASyncCounterAndDrivesAreGuardedWhereTheFileAsks) {
 /// `tandem validate` foretells what tandem-hal will refuse, from the profiles of the drives.
 TEST(HardwareNetwork, ProfilesForetellWhatSomebodyHasToAccept) {
   const Folder folder;
-  const auto summaryOf = [&](const std::string& profile, const std::string& accepted) {
+  const auto summary_of = [&](const std::string& profile, const std::string& accepted) {
     std::string text = replaced(twoBuses(), "period_ms: 4", "period_ms: 8");  // room for drives with more PDOs
     if (!profile.empty())
       text = replaced(text, "  - drive:\n", "  - drive:\n      profile: " + profile + "\n      mode: pv\n");
@@ -62,23 +62,23 @@ TEST(HardwareNetwork, ProfilesForetellWhatSomebodyHasToAccept) {
       text = replaced(text, axis, axis + " accept: [" + accepted + "],");
     return validate(folder.write("hardware.yaml", text));
   };
-  const Summary none = summaryOf("", "");
+  const Summary none = summary_of("", "");
   EXPECT_TRUE(none.warnings.empty());
   EXPECT_EQ(none.text.find("lack"), std::string::npos) << none.text;
   // What costs no watch and no stop has to be known, but not accepted.
-  const Summary mc3 = summaryOf("mc3", "");
+  const Summary mc3 = summary_of("mc3", "");
   EXPECT_TRUE(mc3.warnings.empty());
   EXPECT_NE(mc3.text.find("by their profile 6 axes may lack command_deadline (1400:05), speed_limit"),
             std::string::npos)
       << mc3.text;
-  const Summary ipos = summaryOf("ipos", "");
+  const Summary ipos = summary_of("ipos", "");
   ASSERT_EQ(ipos.warnings.size(), 12u) << "two sets of protections of six axes";
   EXPECT_NE(ipos.warnings[0].find("arm_a translation 1: the profile of its drive lacks connection_reaction (6007)"),
             std::string::npos)
       << ipos.warnings[0];
-  EXPECT_EQ(summaryOf("ipos", "{protection: connection_reaction, reason: x}").warnings.size(), 11u);
+  EXPECT_EQ(summary_of("ipos", "{protection: connection_reaction, reason: x}").warnings.size(), 11u);
   const Summary both =
-      summaryOf("ipos", "{protection: connection_reaction, reason: x}, {protection: quick_stop_ramp, reason: x}");
+      summary_of("ipos", "{protection: connection_reaction, reason: x}, {protection: quick_stop_ramp, reason: x}");
   EXPECT_EQ(both.warnings.size(), 10u);
   for (const std::string& warning : both.warnings)
     EXPECT_EQ(warning.find("arm_a translation 1:"), std::string::npos) << warning;

@@ -12,6 +12,7 @@
 
 #include "config/arm_names.h"
 #include "config/robot_files.h"
+#include "services/console/protocol.h"
 #include "services/dds/raw.h"
 #include "services/recordings/run_file.h"
 #include "services/runtime/process.h"
@@ -22,7 +23,8 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t kRecorded = 1'700'000'000'000'000'000;  // ns
-constexpr std::uint64_t kStep = 1'000'000;                      // ns: control at 1 kHz
+constexpr double kRecordedMs = 1e-6 * static_cast<double>(kRecorded);
+constexpr std::uint64_t kStep = 1'000'000;  // ns: control at 1 kHz
 constexpr int kSamples = 20'000;
 
 struct PackedSample {
@@ -112,8 +114,8 @@ TEST_F(RecordingsOfThePage, AreListedAndDescribed) {
   EXPECT_EQ(list["recordings"][0]["file"], "2026-01-01.mcap");
   const auto about = replay_.describe("file=2026-01-01.mcap");
   EXPECT_EQ(about["messages"], kSamples);
-  EXPECT_NEAR(about["start_ms"].get<double>(), 1e-6 * kRecorded, 0.01);
-  EXPECT_NEAR(about["end_ms"].get<double>(), 1e-6 * kRecorded + kSamples - 1, 0.01);
+  EXPECT_NEAR(about["start_ms"].get<double>(), kRecordedMs, 0.01);
+  EXPECT_NEAR(about["end_ms"].get<double>(), kRecordedMs + kSamples - 1, 0.01);
 }
 
 TEST_F(RecordingsOfThePage, AnyRangeIsServedInOrderDecimatedAndWithItsEvents) {
@@ -122,7 +124,7 @@ TEST_F(RecordingsOfThePage, AnyRangeIsServedInOrderDecimatedAndWithItsEvents) {
   std::cout << "seed " << seed << "\n";
   std::mt19937 random(seed);
   for (int run = 0; run < 20; ++run) {
-    const double from = 1e-6 * kRecorded + std::uniform_real_distribution(0.0, 15'000.0)(random);
+    const double from = kRecordedMs + std::uniform_real_distribution(0.0, 15'000.0)(random);
     const double to = from + std::uniform_real_distribution(100.0, 5'000.0)(random);
     const double rate = std::uniform_real_distribution(1.0, 100.0)(random);
     std::uint64_t reached = 0;
@@ -140,7 +142,7 @@ TEST_F(RecordingsOfThePage, AnyRangeIsServedInOrderDecimatedAndWithItsEvents) {
       EXPECT_EQ(status->sequence, (one.time - kRecorded) / kStep);
       fault = fault || status->faults[0] != 0;
     }
-    const double at = 1e-6 * kRecorded + kFault;
+    const double at = kRecordedMs + kFault;
     EXPECT_EQ(fault, from < at && at < to) << from << " " << to;
   }
 }
@@ -150,8 +152,8 @@ TEST_F(RecordingsOfThePage, AnswersAreLimitedAndContinueWhereTheyEnd) {
   std::uint64_t reached = 0;
   std::uint64_t expected = 0;
   int answers = 0;
-  for (double at = 1e-6 * kRecorded; at < 1e-6 * kRecorded + kSamples; at = 1e-6 * static_cast<double>(reached)) {
-    for (const PackedSample& one : samples("run.mcap", at, 1e-6 * kRecorded + kSamples, kMostRate, &reached)) {
+  for (double at = kRecordedMs; at < kRecordedMs + kSamples; at = 1e-6 * static_cast<double>(reached)) {
+    for (const PackedSample& one : samples("run.mcap", at, kRecordedMs + kSamples, kMostRate, &reached)) {
       if (one.time < kRecorded + expected * kStep)
         continue;  // times in ms are rounded
       EXPECT_EQ(one.time, kRecorded + expected * kStep);
@@ -199,7 +201,7 @@ TEST_F(RecordingsOfThePage, AnyDamageIsReportedOrRefusedAndNeverMore) {
     if (refusal("file=" + name).empty()) {
       std::uint64_t reached = 0;
       try {
-        samples(name, 1e-6 * kRecorded, 1e-6 * kRecorded + kSamples, 20.0, &reached);
+        samples(name, kRecordedMs, kRecordedMs + kSamples, 20.0, &reached);
       } catch (const std::invalid_argument&) {
         // With a reason.
       }
@@ -219,9 +221,7 @@ TEST_F(RecordingsOfThePage, AFileThatGrowsIsShownAsItWasWhenItWasOpened) {
   };
   const int early = save(0.5);
   std::uint64_t reached = 0;
-  const auto ask = [&] {
-    return samples("grows.mcap", 1e-6 * kRecorded, 1e-6 * kRecorded + kSamples, 1.0, &reached).size();
-  };
+  const auto ask = [&] { return samples("grows.mcap", kRecordedMs, kRecordedMs + kSamples, 1.0, &reached).size(); };
   const std::size_t shown = ask();
   std::ofstream(folder_ / "grows.mcap", std::ios::binary) << bytes;
   EXPECT_EQ(ask(), shown);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file The library of docs/own-hardware.md: drives of another kind below the same axes, arms and guards. */
-#include "my_board.cpp"  // from the page
+#include "my_board.cpp"  // from the page NOLINT(bugprone-suspicious-include)
 #include "robot_fixture.h"
 #include "services/hal/bus_setup.h"
 #include "services/hal/hal_events.h"
@@ -32,10 +32,14 @@ class Board : public System {
   explicit Board(DriveMode mode = DriveMode::kCyclicPosition) : Board(boardHardware(mode)) {}
   explicit Board(const HardwareConfig& hardware) : Board(hardware, new MyBus(hardware.period)) {}
 
-  MyDriver& channel(int arm, int joint) { return bus_.driver(static_cast<std::size_t>(6 * arm + joint)); }
+  MyDriver& channel(int arm, int joint) { return bus_.driver(indexOf(arm, joint)); }
+  static std::size_t indexOf(int arm, int joint) {
+    const int index = 6 * arm + joint;
+    return static_cast<std::size_t>(index);
+  }
   /// By the motor, m or rad.
   double place(int arm, int joint) {
-    const AxisConfig& axis = config.axes[static_cast<std::size_t>(6 * arm + joint)];
+    const AxisConfig& axis = config.axes[indexOf(arm, joint)];
     return axis.gearing.offset + AxisUnits(axis.gearing).scale() * channel(arm, joint).motor.position();
   }
   bool torque(int arm) {

@@ -66,17 +66,17 @@ TEST(FurtherTasks, HeadingsAreWhatTheirNamesSay) {
     for (const TrajectoryPoint& point : points) {
       EXPECT_LT(angleBetween(point.further[0].orientation.toRotationMatrix().col(2), tangent), 1e-7);
     }
-    const auto turnOf = [&](int point) {
+    const auto turn_of = [&](int point) {
       const auto turn =
           points[static_cast<std::size_t>(point - 1)].further[1].orientation * start.further[1].orientation.conjugate();
       return Eigen::Quaterniond(turn);
     };
     const Eigen::Quaterniond half = kinematics::rotationBy(first), last = kinematics::rotationBy(second);
-    EXPECT_LT(turnOf(3).angularDistance(half), 1e-7);
-    EXPECT_LT(turnOf(1).angularDistance(kinematics::rotationBy(first / 3.0)), 1e-7) << "slerp from the start";
-    EXPECT_LT(turnOf(6).angularDistance(half.slerp(0.6, last)), 1e-7);
-    EXPECT_LT(turnOf(8).angularDistance(last), 1e-7);
-    EXPECT_LT(turnOf(10).angularDistance(last), 1e-7) << "kept after the last";
+    EXPECT_LT(turn_of(3).angularDistance(half), 1e-7);
+    EXPECT_LT(turn_of(1).angularDistance(kinematics::rotationBy(first / 3.0)), 1e-7) << "slerp from the start";
+    EXPECT_LT(turn_of(6).angularDistance(half.slerp(0.6, last)), 1e-7);
+    EXPECT_LT(turn_of(8).angularDistance(last), 1e-7);
+    EXPECT_LT(turn_of(10).angularDistance(last), 1e-7) << "kept after the last";
     spec.further[0].heading = Heading::kStart;
     EXPECT_LT(planning::sample(spec, start)[7].further[0].orientation.angularDistance(start.further[0].orientation),
               1e-12);
