@@ -35,7 +35,7 @@ class Peer(ConsoleTest):
             self.assertEqual(found["channels"], len(topics))
         self.assertIn(found["reason"][:20], found["log"])
         system.until(lambda: self.stats()["clients"] == [], 10, "both have gone")
-        system.until(lambda: self.stats()["topics_read"] < 10, 10, "nobody reads what nobody wants")
+        system.until(lambda: self.stats()["topics_read"] < len(topics) / 5, 10, "only values, replies and events are read for nobody")
 
 
 class Crowd(ConsoleTest):
