@@ -12,6 +12,7 @@
 #include "control/methods.h"
 #include "control/quadratic_program.h"
 #include "control/resolver.h"
+#include "kinematics/rotations.h"
 #include "kinematics/tube_model.h"
 #include "planning/reference_tracker.h"
 

@@ -13,10 +13,21 @@ inline Eigen::Matrix3d skew(const Eigen::Vector3d& v) {
   return m;
 }
 
-/// Rotation vector of a rotation matrix, rad.
+/// Rotation vector of a rotation, rad.
 inline Eigen::Vector3d logarithm(const Eigen::Matrix3d& rotation) {
   const Eigen::AngleAxisd turn(rotation);
   return turn.angle() * turn.axis();
+}
+
+inline Eigen::Vector3d logarithm(const Eigen::Quaterniond& rotation) {
+  const Eigen::AngleAxisd turn(rotation);
+  return turn.angle() * turn.axis();
+}
+
+/// Rotation by a rotation vector, rad: the exponential map.
+inline Eigen::Quaterniond rotationBy(const Eigen::Vector3d& vector) noexcept {
+  const double angle = vector.norm();
+  return angle > 0.0 ? Eigen::Quaterniond(Eigen::AngleAxisd(angle, vector / angle)) : Eigen::Quaterniond::Identity();
 }
 
 }  // namespace tandem::kinematics

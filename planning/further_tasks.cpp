@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "kinematics/rotations.h"
+
 namespace tandem::planning {
 namespace {
 
@@ -34,12 +36,6 @@ Quaterniond alongStep(const Quaterniond& orientation, const Vector3d& step) {
     return orientation;
   const Vector3d axis = orientation.toRotationMatrix().col(2);
   return (rotationBy(smallestRotation(axis, step / length)) * orientation).normalized();
-}
-
-/// Rotation vector from one orientation to another, rad, in their common frame.
-Vector3d turnBetween(const Quaterniond& from, const Quaterniond& to) {
-  const Eigen::AngleAxisd turn(to * from.conjugate());
-  return turn.angle() * turn.axis();
 }
 
 /// Whether a task has a target instead of an orientation.
@@ -154,7 +150,7 @@ Reference referenceTo(const TrajectorySpec& spec,
     if (next < spec.further.size() && spec.further[next].priority == t) {
       const TaskPlace &first = from.further[next], &last = to.further[next];
       task.feed_forward = (last.position - first.position) / time;
-      task.angular_feed_forward = turnBetween(first.orientation, last.orientation) / time;
+      task.angular_feed_forward = kinematics::logarithm(last.orientation * first.orientation.conjugate()) / time;
       ++next;
     } else if (task.kind == TaskKind::kRelativePosition) {
       task.feed_forward = (to.relative - from.relative) / time;

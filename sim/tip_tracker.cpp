@@ -5,18 +5,13 @@
 #include <numbers>
 #include <stdexcept>
 
+#include "kinematics/rotations.h"
+
 namespace tandem::sim {
 namespace {
 
 /// Tolerance for rounding of the due time, as a share of the period.
 constexpr double kDue = 1e-6;
-
-Eigen::Quaterniond rotation(const Eigen::Vector3d& vector) {
-  const double angle = vector.norm();
-  if (angle == 0.0)
-    return Eigen::Quaterniond::Identity();
-  return Eigen::Quaterniond(Eigen::AngleAxisd(angle, vector / angle));
-}
 
 }  // namespace
 
@@ -73,7 +68,7 @@ void TipTracker::measure(const PlantTips& tips,
     const bool dropped = random_.uniform() < drop_out;
     m.valid[i] = tips.valid(k) && !dropped;
     m.position[i] = tips.pose(k).translation() + options_.bias + distortion(tips.pose(k).translation()) + shift;
-    m.orientation[i] = rotation(turn) * Eigen::Quaterniond(tips.pose(k).linear());
+    m.orientation[i] = kinematics::rotationBy(turn) * Eigen::Quaterniond(tips.pose(k).linear());
   }
 }
 

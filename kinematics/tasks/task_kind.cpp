@@ -95,8 +95,7 @@ void axisMaps(const TaskPlace& at, const TaskPlace& wanted, const Isometry3d&, T
  * gives e' = -lambda e at every angle below pi. */
 
 TaskResidual orientationResidual(const TaskPlace& at, const TaskPlace& wanted) noexcept {
-  const Eigen::AngleAxisd turn(wanted.orientation * at.orientation.conjugate());
-  return Vector3d(turn.angle() * turn.axis());
+  return logarithm(wanted.orientation * at.orientation.conjugate());
 }
 
 void orientationMaps(const TaskPlace&, const TaskPlace&, const Isometry3d&, TaskRows& rows) noexcept {
@@ -193,11 +192,6 @@ Vector3d smallestRotation(const Vector3d& from, const Vector3d& to) noexcept {
   if (const double length = normal.norm(); length > kParallel)
     return std::atan2(sine, cosine) / length * normal;
   return cosine < 0.0 ? Vector3d(M_PI * from.unitOrthogonal()) : Vector3d(Vector3d::Zero());
-}
-
-Quaterniond rotationBy(const Vector3d& vector) noexcept {
-  const double angle = vector.norm();
-  return angle > 0.0 ? Quaterniond(Eigen::AngleAxisd(angle, vector / angle)) : Quaterniond::Identity();
 }
 
 }  // namespace tandem::kinematics

@@ -73,7 +73,4 @@ const TaskKindEntry* findTaskKind(std::string_view name) noexcept;
 /// opposite vectors one of the rotations by pi.
 Eigen::Vector3d smallestRotation(const Eigen::Vector3d& from, const Eigen::Vector3d& to) noexcept;
 
-/// Rotation by a rotation vector, rad.
-Eigen::Quaterniond rotationBy(const Eigen::Vector3d& vector) noexcept;
-
 }  // namespace tandem::kinematics

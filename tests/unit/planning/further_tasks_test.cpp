@@ -4,6 +4,7 @@
 #include "arm_pair.h"
 #include "control/parameters.h"
 #include "dice.h"
+#include "kinematics/rotations.h"
 #include "planning/follower.h"
 #include "planning/reference_tracker.h"
 #include "planning/task_freedom.h"
