@@ -11,29 +11,6 @@ namespace {
 
 /// Longest time without the report that the drive follows: one sample may be from before the command arrived, s.
 constexpr double kIgnoreBudget = 0.030;
-
-constexpr std::uint16_t statuswordOf(DriveState state) noexcept {
-  switch (state) {
-    case DriveState::kNotReady:
-      return 0x00;
-    case DriveState::kSwitchOnDisabled:
-      return 0x40;
-    case DriveState::kReadyToSwitchOn:
-      return 0x21;
-    case DriveState::kSwitchedOn:
-      return 0x23;
-    case DriveState::kOperationEnabled:
-      return 0x27;
-    case DriveState::kQuickStopActive:
-      return 0x07;
-    case DriveState::kFaultReaction:
-      return 0x0F;
-    case DriveState::kFault:
-      return 0x08;
-    default:
-      return 0x01;  // no state
-  }
-}
 }  // namespace
 
 Axis::Axis(const HardwareConfig& hardware, const AxisConfig& config, Fieldbus& bus, const safety::Budgets& budgets)
@@ -326,7 +303,7 @@ bool Axis::mayRelease(std::int64_t now) noexcept {
 
 void Axis::writeCommand(std::int64_t now) noexcept {
   DriveCommand command;
-  command.word = power_.step(statuswordOf(drive_.state), mayRelease(now), now);
+  command.word = power_.step(drive_.state, mayRelease(now), now);
   // Without torque the target follows the joint, so that a drive that gets torque does not move.
   if (holding_ && driveState() != DriveState::kOperationEnabled) {
     target_ = position_;

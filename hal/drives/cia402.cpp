@@ -114,8 +114,7 @@ std::uint16_t PowerSequence::towardsOff(bool may_release) const noexcept {
   }
 }
 
-std::uint16_t PowerSequence::step(std::uint16_t statusword, bool may_release, std::int64_t now) noexcept {
-  const DriveState state = driveState(statusword);
+std::uint16_t PowerSequence::step(DriveState state, bool may_release, std::int64_t now) noexcept {
   if (state != state_)
     timeout_.feed(now);
   const bool was_braking = braking();

@@ -91,8 +91,8 @@ class PowerSequence {
   /// Requests one fault reset; without effect unless the drive is in fault.
   void resetFault(std::int64_t now) noexcept;
 
-  /// Controlword for this statusword. @param may_release torque may go off.
-  std::uint16_t step(std::uint16_t statusword, bool may_release, std::int64_t now) noexcept;
+  /// Controlword for a drive in this state. @param may_release torque may go off.
+  std::uint16_t step(DriveState state, bool may_release, std::int64_t now) noexcept;
 
   /// The drive has torque and has to lose it.
   bool braking() const noexcept {
@@ -100,7 +100,7 @@ class PowerSequence {
            (state_ == DriveState::kOperationEnabled || state_ == DriveState::kQuickStopActive);
   }
   DriveState state() const noexcept { return state_; }
-  /// The last statusword showed the goal. For kOff: no torque, whether by command, after a fault or never switched on.
+  /// The last state was the goal. For kOff: no torque, whether by command, after a fault or never switched on.
   bool reached() const noexcept;
   /// The drive has not shown the next state within the budget; stays until the next goal, reset or change of state.
   bool late(std::int64_t now) const noexcept { return !reached() && (braking() ? late_stop_ : timeout_).expired(now); }

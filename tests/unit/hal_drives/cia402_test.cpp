@@ -118,7 +118,7 @@ TEST(Cia402, FromAnyStateToAnyGoalWithoutSkippingAState) {
     sequence.setGoal(goal, now);
     int cycles = 0;
     for (; cycles < 100; ++cycles, now += 1'000'000) {
-      const std::uint16_t word = sequence.step(drive.statusword(), true, now);
+      const std::uint16_t word = sequence.step(driveState(drive.statusword()), true, now);
       EXPECT_FALSE(sequence.late(now));
       if (sequence.reached())
         break;
@@ -134,19 +134,19 @@ TEST(Cia402, TorqueGoesOnlyWhenItMayOrItsBudgetIsOver) {
   for (const std::uint16_t start : {0x0027, 0x0007}) {  // in operation, in its quick stop
     PowerSequence sequence(0.1, kStopBudget);
     sequence.setGoal(PowerGoal::kOperation, 0);
-    sequence.step(0x0027, false, 1'000'000);
+    sequence.step(driveState(0x0027), false, 1'000'000);
     sequence.setGoal(PowerGoal::kOff, 1'000'000);
     for (std::int64_t now = 2'000'000; now < 300'000'000; now += 4'000'000) {
-      EXPECT_EQ(sequence.step(start, false, now), controlword::kQuickStop) << now;
+      EXPECT_EQ(sequence.step(driveState(start), false, now), controlword::kQuickStop) << now;
       EXPECT_FALSE(sequence.late(now));
     }
-    EXPECT_EQ(sequence.step(start, false, 320'000'000), controlword::kDisableVoltage);
+    EXPECT_EQ(sequence.step(driveState(start), false, 320'000'000), controlword::kDisableVoltage);
     EXPECT_TRUE(sequence.late(420'000'000));
   }
   PowerSequence sequence(0.1, kStopBudget);
-  EXPECT_EQ(sequence.step(0x0027, false, 0), controlword::kQuickStop) << "found in operation";
-  EXPECT_EQ(sequence.step(0x0027, true, 1), controlword::kSwitchOn);
-  EXPECT_EQ(sequence.step(0x0007, true, 2), controlword::kDisableVoltage);
+  EXPECT_EQ(sequence.step(driveState(0x0027), false, 0), controlword::kQuickStop) << "found in operation";
+  EXPECT_EQ(sequence.step(driveState(0x0027), true, 1), controlword::kSwitchOn);
+  EXPECT_EQ(sequence.step(driveState(0x0007), true, 2), controlword::kDisableVoltage);
 }
 
 TEST(Cia402, NoGoalLeavesAFaultWithoutAReset) {
@@ -154,7 +154,7 @@ TEST(Cia402, NoGoalLeavesAFaultWithoutAReset) {
     PowerSequence sequence(0.1, 0.1);
     sequence.setGoal(goal, 0);
     for (int i = 0; i < 50; ++i) {
-      EXPECT_EQ(sequence.step(0x0008, true, i), controlword::kDisableVoltage);
+      EXPECT_EQ(sequence.step(driveState(0x0008), true, i), controlword::kDisableVoltage);
       EXPECT_NE(sequence.reached(), goal == PowerGoal::kOperation);
     }
   }
@@ -166,26 +166,26 @@ TEST(Cia402, AResetWritesZeroBeforeTheEdgeAndEndsWithTheFault) {
   drive.take(0x80);  // bit 7 was already high: only an edge counts
   drive.state = DriveState::kFault;
   PowerSequence sequence(0.1, 0.1);
-  sequence.step(drive.statusword(), true, 0);
+  sequence.step(driveState(drive.statusword()), true, 0);
   sequence.resetFault(0);
   bool low = false;
   for (int i = 1; i < 20 && drive.state == DriveState::kFault; ++i) {
-    const std::uint16_t word = sequence.step(drive.statusword(), true, i);
+    const std::uint16_t word = sequence.step(driveState(drive.statusword()), true, i);
     low = low || word == 0;
     EXPECT_TRUE(low || (word & controlword::kFaultReset) == 0);
     drive.take(word);
   }
   EXPECT_EQ(drive.state, DriveState::kSwitchOnDisabled);
-  EXPECT_EQ(sequence.step(drive.statusword(), true, 30) & controlword::kFaultReset, 0);
+  EXPECT_EQ(sequence.step(driveState(drive.statusword()), true, 30) & controlword::kFaultReset, 0);
 }
 
 TEST(Cia402, SlowStateTransitionTimesOut) {
   PowerSequence sequence(0.1, 0.1);
-  sequence.step(0x0040, true, 0);
+  sequence.step(driveState(0x0040), true, 0);
   sequence.setGoal(PowerGoal::kOperation, 0);
-  sequence.step(0x0021, true, 50'000'000);
+  sequence.step(driveState(0x0021), true, 50'000'000);
   EXPECT_FALSE(sequence.late(140'000'000));
-  sequence.step(0x0021, true, 140'000'000);
+  sequence.step(driveState(0x0021), true, 140'000'000);
   EXPECT_TRUE(sequence.late(151'000'000));
 }
 
