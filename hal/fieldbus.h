@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 
 #include "hal/axis_driver.h"
 #include "hal/hardware.h"
@@ -78,8 +79,10 @@ class Fieldbus {
   virtual std::string describeMaster([[maybe_unused]] std::uint8_t master) const { return {}; }
 };
 
+/// BusConfig::address of a bus behind a library: kLibraryScheme, path, and perhaps a comma and a text for it.
+inline constexpr std::string_view kLibraryScheme = "library:";
 /// The bus is behind a library: its traffic is not known.
-inline bool inLibrary(const BusConfig& bus) noexcept { return bus.address.starts_with("library:"); }
+inline bool inLibrary(const BusConfig& bus) noexcept { return bus.address.starts_with(kLibraryScheme); }
 
 /// Changes with every incompatible change of Fieldbus or AxisDriver.
 inline constexpr std::uint32_t kFieldbusVersion = 1;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include "idl/enumerations.h"
 #include "safety/dimensions.h"
@@ -11,6 +12,20 @@
 namespace tandem::hal {
 
 using idl::LastPosition;
+
+/// Why there is no last position; empty: there is one.
+constexpr std::string_view reasonOf(LastPosition state) noexcept {
+  switch (state) {
+    case LastPosition::kKnown:
+      return {};
+    case LastPosition::kDamaged:
+      return "the file of last positions is damaged";
+    case LastPosition::kChanged:
+      return "the last position was stored with other keys of the conversion (counts, gear, offset, encoder)";
+    default:
+      return "no last position is stored";
+  }
+}
 
 /** The last position of one axis that was known to be right, and whether a new one may follow it. Nothing allocates,
  * locks or throws. */

@@ -6,24 +6,13 @@
 #include <algorithm>
 #include <numbers>
 
-#include "idl/enumerations.h"
+#include "hal/position_memory.h"
 
 namespace tandem::client {
 namespace {
 
 std::string inUnit(double value, bool translation) {
   return fmt::format("{:.3f} {}", value * (translation ? 1e3 : 180.0 / std::numbers::pi), translation ? "mm" : "deg");
-}
-
-std::string reasonOf(idl::LastPosition last) {
-  switch (last) {
-    case idl::LastPosition::kDamaged:
-      return "the file of last positions is damaged";
-    case idl::LastPosition::kChanged:
-      return "the last position was stored with other keys of the conversion (counts, gear, offset, encoder)";
-    default:
-      return "no last position is stored";
-  }
 }
 
 }  // namespace
@@ -39,8 +28,8 @@ nlohmann::ordered_json unconfirmedPositions(const config::Robot& robot,
       if (static_cast<idl::AxisPhase>(hal.axis_phase[i]) != idl::AxisPhase::kUnconfirmed)
         continue;
       const bool translation = arm.limits.isTranslation(static_cast<int>(j));
-      const auto last = static_cast<idl::LastPosition>(hal.axis_last[i]);
-      const bool known = last == idl::LastPosition::kKnown;
+      const auto last = static_cast<hal::LastPosition>(hal.axis_last[i]);
+      const bool known = last == hal::LastPosition::kKnown;
       const double expected = hal.axis_last_position[i], tolerance = hal.axis_jump_tolerance[i];
       const std::string joint = arm.name + " " + arm.joint_names[j];
       nlohmann::ordered_json entry{{"joint", joint}, {"measured", state.position[i]}, {"expected", nullptr}};
@@ -50,7 +39,7 @@ nlohmann::ordered_json unconfirmedPositions(const config::Robot& robot,
       entry["text"] = joint + ": position not confirmed: " + inUnit(state.position[i], translation) + " measured; " +
                       (known ? "expected " + inUnit(expected, translation) + ", as it was last, or at most " +
                                    inUnit(tolerance, translation) + " away"
-                             : "nothing to compare it with: " + reasonOf(last));
+                             : "nothing to compare it with: " + std::string(hal::reasonOf(last)));
       json.push_back(entry);
     }
   }

@@ -10,7 +10,7 @@
 namespace tandem::hal_service {
 
 std::unique_ptr<hal::Fieldbus> openLibrary(const hal::HardwareConfig& hardware, int bus) {
-  constexpr std::string_view kScheme = "library:";
+  constexpr std::string_view kScheme = hal::kLibraryScheme;
   const std::string& address = hardware.buses.at(static_cast<std::size_t>(bus)).address;
   const std::string path = address.substr(kScheme.size(), address.find(',') - kScheme.size());
   const auto refuse = [&](const std::string& why) -> std::runtime_error {

@@ -28,21 +28,11 @@ std::string describeJump(const hal::AxisConfig& axis, const hal::HardwareEvent& 
                        axis.translation ? "mm" : "deg");
   };
   std::string text = axis.name + ": the position after power on is " + in_unit(event.position) + "; ";
-  switch (event.memory.state()) {
-    case hal::LastPosition::kKnown:
-      text += "it was " + in_unit(event.memory.position()) + " last, expected at most " +
-              in_unit(event.memory.tolerance()) + " (jump_tolerance) away";
-      break;
-    case hal::LastPosition::kMissing:
-      text += "no last position is stored";
-      break;
-    case hal::LastPosition::kDamaged:
-      text += "the file of last positions is damaged";
-      break;
-    case hal::LastPosition::kChanged:
-      text += "the last position was stored with other keys of the conversion (counts, gear, offset, encoder)";
-      break;
-  }
+  if (event.memory.known())
+    text += "it was " + in_unit(event.memory.position()) + " last, expected at most " +
+            in_unit(event.memory.tolerance()) + " (jump_tolerance) away";
+  else
+    text += hal::reasonOf(event.memory.state());
   return text + ". Compare it with the joint, then tandem home --confirm, or correct the offset";
 }
 
