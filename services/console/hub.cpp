@@ -52,7 +52,7 @@ Hub::Hub(dds::Bus& bytes, const std::vector<std::string>& arms, const std::strin
     auto line = std::make_unique<Line>();
     line->topic = topic;
     line->name = dds::rosTopicName(prefix, topic.name);
-    line->may_lose = topic.profile == dds::Profile::kPeriodic || topic.profile == dds::Profile::kCommand;
+    line->may_lose = isStream(topic.profile);
     line->latched = topic.profile == dds::Profile::kLatched;
     line->values = topic.type == dds::DiagnosticArray::kType;
     line->kept = History::concerns(topic);

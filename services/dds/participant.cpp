@@ -179,7 +179,7 @@ Contract contractOf(Profile profile, const BusOptions& options) {
   Contract contract;
   contract.latched = profile == Profile::kLatched;
   contract.exclusive = profile == Profile::kCommand;
-  const bool stream = profile == Profile::kPeriodic || profile == Profile::kCommand;
+  const bool stream = isStream(profile);
   contract.reliable = !stream || options.deterministic;
   if (profile == Profile::kCommand && !options.deterministic) {
     contract.expiry = options.command_age;
@@ -339,7 +339,7 @@ fast::DataWriterQos writerQos(Profile profile, const BusOptions& options, bool p
   const Contract contract = contractOf(profile, options);
   fast::DataWriterQos qos;
   applyContract(contract, true, qos);
-  const bool stream = profile == Profile::kPeriodic || profile == Profile::kCommand;
+  const bool stream = isStream(profile);
   const int depth = contract.latched ? 1 : stream && options.deterministic ? 4096 : 64;
   applyHistory(depth, std::min(depth, kReserved), plain, qos);
   qos.publish_mode().kind = fast::SYNCHRONOUS_PUBLISH_MODE;
@@ -356,7 +356,7 @@ fast::DataReaderQos readerQos(Profile profile, const BusOptions& options, const 
   const Contract contract = contractOf(profile, options);
   fast::DataReaderQos qos;
   applyContract(contract, reader.depth == 0, qos);
-  const bool stream = profile == Profile::kPeriodic || profile == Profile::kCommand;
+  const bool stream = isStream(profile);
   int depth = contract.latched ? 1 : !stream ? 10 : options.deterministic ? 4096 : 1;
   int reserved = std::min(depth, kReserved);
   if (reader.depth > 0) {  // a deep history is seldom filled, and nothing periodic depends on it

@@ -22,6 +22,11 @@ enum class Profile {
   kLatched,   ///< reliable, transient local, keep last 1: a late reader gets the last sample
 };
 
+/// Whether samples of the profile follow one another periodically, so that a reader may leave out all but the latest.
+constexpr bool isStream(Profile profile) noexcept {
+  return profile == Profile::kPeriodic || profile == Profile::kCommand;
+}
+
 /** Number of a topic's instances: one per robot, per arm, or per arm and one for the pair. */
 enum class Of { kRobot, kArm, kArmAndPair };
 

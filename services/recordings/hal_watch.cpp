@@ -17,8 +17,7 @@ dds::TopicInfo named(const std::string& name) {
 }  // namespace
 
 bool actedUpon(const dds::TopicInfo& topic) {
-  const bool stream = topic.profile == dds::Profile::kPeriodic || topic.profile == dds::Profile::kCommand;
-  return stream || topic.publisher == "clients" || topic.publisher == "everyone";
+  return isStream(topic.profile) || topic.publisher == "clients" || topic.publisher == "everyone";
 }
 
 HalWatch::HalWatch(dds::Bus& bus)
