@@ -9,6 +9,7 @@
 #include <stdexcept>
 
 #include "config/values.h"
+#include "recording/bytes.h"
 #include "services/console/access.h"
 #include "services/console/decimation.h"
 #include "services/console/protocol.h"
@@ -88,25 +89,20 @@ Json marksOf(const recording::Reader& reader) {
   return marks;
 }
 
-template <class Number>
-void append(std::string& out, Number value) {
-  for (std::size_t k = 0; k < sizeof value; ++k)
-    out.push_back(static_cast<char>(value >> (8 * k)));
-}
-
 }  // namespace
 
 std::string beginSamples(std::uint64_t reached) {
   std::string answer;
-  append(answer, reached);
+  recording::ByteSink(answer).number(reached);
   return answer;
 }
 
 void appendSample(std::string& answer, std::uint32_t channel, std::uint64_t time, std::string_view cdr) {
   const MessageHeader header = messageHeader(channel, time);
-  append(answer, static_cast<std::uint32_t>(header.size() + cdr.size()));
-  answer.append(reinterpret_cast<const char*>(header.data()), header.size());
-  answer += cdr;
+  recording::ByteSink(answer)
+      .number(static_cast<std::uint32_t>(header.size() + cdr.size()))
+      .raw({reinterpret_cast<const char*>(header.data()), header.size()})
+      .raw(cdr);
 }
 
 Replay::Replay(fs::path folder, const config::Deployment& deployment, const std::vector<dds::TopicInfo>& topics)
@@ -217,10 +213,9 @@ std::string Replay::samples(std::string_view query) {
       const auto cdr = (*file.upgrader)(channel, message.data);
       if (!cdr)
         return true;  // does not fit its definition
-      const bool may_lose =
-          topics_[k].profile == dds::Profile::kPeriodic || topics_[k].profile == dds::Profile::kCommand;
       auto& decimation =
-          decimations.try_emplace(k, may_lose ? static_cast<std::uint64_t>(1e9 / rate) : 0).first->second;
+          decimations.try_emplace(k, isStream(topics_[k].profile) ? static_cast<std::uint64_t>(1e9 / rate) : 0)
+              .first->second;
       const HubSample sample{std::make_shared<const std::string>(*cdr), message.log_time};
       for (const HubSample& selected :
            decimation.take(sample, decimation.limited() ? featuresOf(topics_[k].type, *cdr) : SampleFeatures{}))
