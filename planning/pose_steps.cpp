@@ -196,9 +196,8 @@ class Search {
     for (int k = 0; k < kMost && point_.answered; ++k, ++steps_) {
       if (violation(point_) < kConverged)
         return true;
-      PosePoint here = point_;
-      here.gradient.setZero();
-      if (!program_.solve(here, q_))
+      point_.gradient.setZero();
+      if (!program_.solve(point_, q_))
         return false;
       move(1.0);
     }
