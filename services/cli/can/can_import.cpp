@@ -47,12 +47,6 @@ const std::pair<const char*, hal::DriveMode> kModes[] = {{"csp", hal::DriveMode:
                                                          {"csv", hal::DriveMode::kCyclicVelocity},
                                                          {"pv", hal::DriveMode::kProfileVelocity}};
 
-std::string importHex(std::uint64_t value) {
-  char text[24];
-  std::snprintf(text, sizeof text, "0x%llX", static_cast<unsigned long long>(value));
-  return text;
-}
-
 /// Number of [DeviceInfo], or of object 1018, which the HAL compares with the node.
 std::uint32_t identityNumber(Import& job, std::uint8_t sub, const char* what, std::optional<std::uint32_t> number) {
   const EdsObject* object = job.sheet.find({0x1018, sub});
@@ -138,9 +132,9 @@ std::string describeValue(const SetupStep& step) {
       return "read";
     case SetupStep::Kind::kCheck:
     case SetupStep::Kind::kAwait:
-      return "= " + importHex(step.value);
+      return "= " + hexadecimal(step.value);
     default:
-      return step.object.index < 0x2000 ? importHex(step.value)
+      return step.object.index < 0x2000 ? hexadecimal(step.value)
                                         : std::to_string(hal::canopen::signExtend(step.value, 8 * step.size));
   }
 }
@@ -178,7 +172,7 @@ std::string modesOf(const Eds& sheet) {
     if ((static_cast<std::uint64_t>(object->value) >> k & 1) != 0 && kNames[k][0] != '\0')
       text += (text.empty() ? "" : ", ") + std::string(kNames[k]);
   }
-  return (text.empty() ? "none" : text) + " (6502 = " + importHex(static_cast<std::uint64_t>(object->value)) + ")";
+  return (text.empty() ? "none" : text) + " (6502 = " + hexadecimal(static_cast<std::uint64_t>(object->value)) + ")";
 }
 
 /// "mapped objects fit", or what cannot be mapped.

@@ -11,12 +11,6 @@ namespace {
 using hal::canopen::Eds;
 using hal::canopen::EdsObject;
 
-std::string hexadecimal(std::uint64_t value) {
-  char text[24];
-  std::snprintf(text, sizeof text, "0x%llX", static_cast<unsigned long long>(value));
-  return text;
-}
-
 /// Takes the units that the sheet states; names the objects with which a drive chooses other ones.
 void chooseUnits(const Eds& sheet, hal::AxisConfig& drive, std::vector<std::string>& notes) {
   const auto stated = [&](std::uint16_t index) {
@@ -74,6 +68,12 @@ void chooseWatch(const Eds& sheet, hal::AxisConfig& drive, std::vector<std::stri
 }
 
 }  // namespace
+
+std::string hexadecimal(std::uint64_t value) {
+  char text[24];
+  std::snprintf(text, sizeof text, "0x%llX", static_cast<unsigned long long>(value));
+  return text;
+}
 
 void takeFromSheet(const Eds& sheet, hal::AxisConfig& drive, std::vector<std::string>& notes) {
   chooseUnits(sheet, drive, notes);

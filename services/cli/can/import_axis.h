@@ -2,6 +2,7 @@
 /** @file What follows from a data sheet for the axis that tandem can import makes. */
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -9,6 +10,9 @@
 #include "hal/hardware.h"
 
 namespace tandem::cli {
+
+/// "0x6040".
+std::string hexadecimal(std::uint64_t value);
 
 /// Sets units, objects per PDO and the watch of an axis as its sheet says. @param notes  what a person should know of
 /// it
