@@ -34,6 +34,16 @@ def assert_all_pass(test, path, *words):
     test.assertEqual([line.split()[0] for line in lines[:-1]], TESTS * ["pass"])
 
 
+def assert_moves_and_stops(test, robot):
+    """A complete system enables the robot, follows a short trajectory, and stops it."""
+    test.assert_ok(robot.robot("enable"))
+    before = robot.joints()
+    test.assert_ok(robot.robot("run", test.trajectory("short", [0, 2, 0], points=4)))
+    test.assertNotEqual(robot.joints(), before)
+    test.assert_ok(robot.robot("stop"))
+    test.assertEqual(robot.states(), ["FAULT", "FAULT"])
+
+
 class Simulator(system.SystemTest):
     def test_the_simulator_passes(self):
         path = system.deployment(self.folder, "laptop", **system.real_time())

@@ -8,7 +8,7 @@ import subprocess
 import sys
 
 sys.path[:0] = [str(pathlib.Path(__file__).resolve().parents[1] / "hal")]
-from conformance_test import assert_all_pass, start, system  # noqa: E402
+from conformance_test import assert_all_pass, assert_moves_and_stops, start, system  # noqa: E402
 from hardware import HalTest  # noqa: E402
 
 BOARD = os.environ["TANDEM_MY_BOARD"]
@@ -45,12 +45,7 @@ class OwnDriver(HalTest):
     def test_it_moves_under_the_complete_system(self):
         robot = self.start_hal()
         self.await_ready(robot)
-        self.assert_ok(robot.robot("enable"))
-        before = robot.joints()
-        self.assert_ok(robot.robot("run", self.trajectory("short", [0, 2, 0], points=4)))
-        self.assertNotEqual(robot.joints(), before)
-        self.assert_ok(robot.robot("stop"))
-        self.assertEqual(robot.states(), ["FAULT", "FAULT"])
+        assert_moves_and_stops(self, robot)
 
     def test_a_library_that_is_missing_is_named(self):
         self.hardware.write_text(self.hardware.read_text().replace(BOARD, "/nowhere/libboard.so"))

@@ -8,7 +8,7 @@ import tempfile
 
 FOLDER = pathlib.Path(__file__).resolve().parent
 sys.path[:0] = [str(FOLDER), str(FOLDER.parents[1] / "consumer")]
-from conformance_test import assert_all_pass, conformance, start, system  # noqa: E402
+from conformance_test import assert_all_pass, assert_moves_and_stops, conformance, start, system  # noqa: E402
 import installation  # noqa: E402
 
 # Where the skeleton is changed: its text, and what replaces it (wrong_hal.h).
@@ -81,12 +81,7 @@ class OwnHardware(system.SystemTest):
     def test_the_skeleton_moves_under_the_complete_system(self):
         robot = system.System(self.own_deployment())
         self.addCleanup(robot.close)
-        self.assert_ok(robot.robot("enable"))
-        before = robot.joints()
-        self.assert_ok(robot.robot("run", self.trajectory("short", [0, 2, 0], points=4)))
-        self.assertNotEqual(robot.joints(), before)
-        self.assert_ok(robot.robot("stop"))
-        self.assertEqual(robot.states(), ["FAULT", "FAULT"])
+        assert_moves_and_stops(self, robot)
 
     def test_a_second_process_of_the_role_is_not_started(self):
         path = self.own_deployment()
