@@ -318,11 +318,12 @@ void Hub::updateGraph() {
 
 std::string Hub::publish(std::uint32_t channel, std::string_view cdr) {
   const auto& writer = lines_[channel]->writer;
+  const int own_readers = lines_[channel]->open ? 1 : 0;
   const bool sent = writer && writer->write(cdr);
   ++(sent ? published_ : refused_);
   if (!sent)
     return writer ? writer->lastProblem() : "this console may not publish it";
-  return writer->matched() == 0 ? "no subscriber; is the robot running?" : "";
+  return writer->matched() <= own_readers ? "no subscriber; is the robot running?" : "";
 }
 
 void Hub::onBinary(const std::shared_ptr<Client>& client, std::string_view frame) {
