@@ -39,8 +39,6 @@ def interface_name(wire, struct):
 
 
 def typescript_type(wire, member):
-    if member.struct == ("builtin_interfaces", "Time"):
-        return "{ sec: number; nsec: number }"
     if member.struct:
         name = interface_name(wire, wire.structs[member.struct])
         return name + "[]" if member.size or member.sequence else name

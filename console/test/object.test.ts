@@ -65,7 +65,7 @@ test("it is shown once all tips that hold it are known", () => {
   const object = held(seeded(), "rigid");
   const view = new ObjectView(object);
   const stamped = (sec: number): PoseStamped => ({
-    header: { frame_id: "", stamp: { sec, nsec: 0 } },
+    header: { frame_id: "", stamp: { sec, nanosec: 0 } },
     pose: { position: { x: 0, y: 0, z: 0 }, orientation: { x: 0, y: 0, z: 0, w: 1 } },
   });
   view.update([stamped(1), null]);

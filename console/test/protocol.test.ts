@@ -4,6 +4,7 @@ import { MessageReader, MessageWriter } from "@foxglove/rosmsg2-serialization";
 import { expect, test } from "vitest";
 
 import { messages } from "../src/wire/definitions";
+import type { Time } from "../src/wire/messages";
 import { advertiseText, parseBinary, parseText, publishFrame, subscribeText } from "../src/wire/protocol";
 import { seeded } from "./random";
 
@@ -81,4 +82,16 @@ test.each(messages.map((m) => [m.topic, m] as const))("%s: every member survives
     const message = anyMessage(definition, definition[0]!, random);
     expect(reader.readMessage(writer.writeMessage(message))).toEqual(message);
   }
+});
+
+test("a stamp has the members that its type names", () => {
+  const definition = parse(
+    "builtin_interfaces/Time stamp\n===\nMSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec",
+    {
+      ros2: true,
+    },
+  );
+  const stamp: Time = { sec: 7, nanosec: 8 };
+  const bytes = new MessageWriter(definition).writeMessage({ stamp });
+  expect(new MessageReader(definition).readMessage(bytes)).toEqual({ stamp });
 });

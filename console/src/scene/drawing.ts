@@ -60,7 +60,7 @@ export class Drawing {
       const first = !arm.hasTip;
       const tip = this.news(slots.measuredCp) ? world.tip(k) : null;
       moved ||= tip !== null;
-      if (tip && (tip.header.stamp.sec !== 0 || tip.header.stamp.nsec !== 0)) {
+      if (tip && (tip.header.stamp.sec !== 0 || tip.header.stamp.nanosec !== 0)) {
         arm.moveTip(tip);
         changed = true;
         if (first && this.view.arms.every((other) => other.hasTip)) this.view.look("home");

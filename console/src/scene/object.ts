@@ -40,7 +40,7 @@ export function objectPose(
   return { position: middle.toArray(), orientation: turn.toArray() };
 }
 
-const known = ({ header }: PoseStamped): boolean => header.stamp.sec !== 0 || header.stamp.nsec !== 0;
+const known = ({ header }: PoseStamped): boolean => header.stamp.sec !== 0 || header.stamp.nanosec !== 0;
 
 export class ObjectView {
   readonly mesh: THREE.Mesh;

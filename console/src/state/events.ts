@@ -96,7 +96,7 @@ export class Events {
   /** Requests of other clients, and their refusals, are lines of control and planning: these have also the request of a process that has just
    * started. States and faults are logged as such already, and announced then; so are stops, but for one that did not reach the server. */
   private line({ level, name, msg, stamp }: ProcessLine, time: number): void {
-    const at = this.when(1000 * stamp.sec + 1e-6 * stamp.nsec);
+    const at = this.when(1000 * stamp.sec + 1e-6 * stamp.nanosec);
     const [, what, reason, who] = /^request(?:: (.*)| refused: (.*)), by (.*)$/s.exec(msg) ?? [];
     if (who !== undefined) {
       if (who === clientName(this.commander.client)) return; // its orders are logged with their effects
