@@ -2,6 +2,7 @@
 // Scenes of charts, units and angles. Run by page_test.py Access.
 "use strict";
 const assert = require("node:assert");
+const { monotonic } = require("./harness.js");
 
 /** Records texts on canvases that are not completely on them. Runs in the page before its scripts. */
 function watchTexts() {
@@ -101,22 +102,32 @@ module.exports = ({ robot, me, setting, enable, run, shot }) => {
       assert.match(await page().getAttribute('.parameter:has([data-parameter="tip_gain"])', "title"), /gain/);
       await shot("console-units");
       await me().tab("operate");
-      const joints = robot().last.arms.flatMap((arm) => arm.joints.slice(3));
-      const shown = await page().$$eval(".bar", (bars) =>
-        bars
+      await robot().stands("before its angles are read", monotonic());
+      const angles = robot().last.arms.flatMap((arm) => arm.joints.slice(3).map((angle) => (angle * 180) / Math.PI));
+      // Number, number with its turns, and angle at which it is drawn; all of one moment, once the page has the robot's angles.
+      const drawn = await page().waitForFunction((expected) => {
+        const shown = [...document.querySelectorAll(".bar")]
           .filter((bar) => bar.querySelector(".name").textContent.startsWith("α"))
-          .map((bar) => [bar.querySelector(".number").textContent, parseFloat(bar.querySelector(".value").style.left)]),
-      );
+          .map((bar) => {
+            const text = bar.querySelector(".number").textContent;
+            const [, angle, sign, turns] = /^(-?[\d.]+)°(?: ([−+])(\d+)×360°)?$/.exec(text);
+            const whole = Number(angle) + 360 * Number(turns ?? 0) * (sign === "−" ? -1 : 1);
+            return {
+              text,
+              angle: Number(angle),
+              whole,
+              at: 3.6 * parseFloat(bar.querySelector(".value").style.left) - 180,
+            };
+          });
+        return shown.every(({ whole }, k) => Math.abs(whole - expected[k]) < 0.2) && shown;
+      }, angles);
+      const shown = await drawn.jsonValue();
+      assert.strictEqual(shown.length, angles.length);
       assert.ok(
-        shown.some(([text]) => /×360°/.test(text)),
+        shown.some(({ text }) => /×360°/.test(text)),
         "no angle is beyond a turn here",
       );
-      shown.forEach(([text, left], k) => {
-        const [, angle, sign, turns] = /^(-?[\d.]+)°(?: ([−+])(\d+)×360°)?$/.exec(text);
-        assert.ok(Math.abs(Number(angle) - (3.6 * left - 180)) < 0.2, `${text} is drawn at ${left} %`);
-        const whole = Number(angle) + 360 * Number(turns ?? 0) * (sign === "−" ? -1 : 1);
-        assert.ok(Math.abs(whole - (joints[k] * 180) / Math.PI) < 0.2, `${text} is ${joints[k]} rad`);
-      });
+      for (const { text, angle, at } of shown) assert.ok(Math.abs(angle - at) < 0.2, `${text} is drawn at ${at}°`);
     },
   };
 };
