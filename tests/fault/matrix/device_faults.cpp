@@ -257,10 +257,11 @@ Json measure(const std::function<bool(System&)>& hurt_it, int run, std::string_v
           {"drives", statesOf(system)}};
 }
 
-/// Objects of the drives' data sheet, and what is lost without them.
+/// Objects of the drives' data sheet, what is lost without them, and how drives and HAL notice each other's end.
 struct Lack {
   std::vector<canopen::ObjectAddress> objects;
   ProtectionMask lost = 0;
+  MutualWatch watch = MutualWatch::kHeartbeat;
 };
 
 const Lack kLacks[] = {
@@ -270,6 +271,10 @@ const Lack kLacks[] = {
     {{{0x1400, 5}, {0x1016, 1}}, bit(Protection::kCommandDeadline) | bit(Protection::kHeartbeatWatch)},
     {{{0x6007, 0}}, bit(Protection::kConnectionReaction)},
     {{{0x605A, 0}, {0x6085, 0}}, bit(Protection::kQuickStopRamp)},
+    {{{0x1400, 5}, {0x1016, 1}}, bit(Protection::kCommandDeadline), MutualWatch::kNodeGuarding},
+    {{{0x1400, 5}, {0x1016, 1}, {0x100D, 0}},
+     bit(Protection::kCommandDeadline) | bit(Protection::kHeartbeatWatch),
+     MutualWatch::kNodeGuarding},
 };
 
 /// The HAL ends while an arm moves whose drives lack this, accepted for each axis.
@@ -277,6 +282,7 @@ Json measureEnd(DriveMode mode, const Lack& lack) {
   constexpr double kTime = 3.0, kEnd = 0.5;  // s
   HardwareConfig config = presetHardware(mode);
   for (AxisConfig& axis : config.axes) {
+    axis.watch = lack.watch;
     for (int k = 0; k < kProtectionCount; ++k)
       axis.accepted.push_back({static_cast<Protection>(k), "measured"});
   }
@@ -302,6 +308,7 @@ Json measureEnd(DriveMode mode, const Lack& lack) {
   slow.velocity = kTranslation;
   const double travel = slow.travelWithoutHal(axis.driver().lostProtections(), safety::Budgets{}.drive_heartbeat);
   Json row{{"mode", name(mode)},
+           {"watch", lack.watch == MutualWatch::kHeartbeat ? "heartbeat" : "node guarding"},
            {"lost", describeProtections(axis.driver().lostProtections())},
            {"standing_ms",
             standing < 0 || standing > static_cast<std::int64_t>(1e9 * (kTime - kEnd)) ? -1.0 : milliseconds(standing)},

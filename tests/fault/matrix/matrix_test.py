@@ -67,6 +67,7 @@ class Devices(system.SystemTest):
         for row in self.report["ends"]:
             with self.subTest(row=row):
                 self.assertTrue(row["as_expected"])
+                self.assertIn(end_title(row), DOCUMENT.read_text())
                 if row["bound_mm"] is not None:
                     self.assertGreater(row["standing_ms"], 0)
                     self.assertLessEqual(row["travel_mm"], row["bound_mm"])
@@ -259,10 +260,14 @@ def device_line(row, report):
     return f"| {' | '.join(cells)} |"
 
 
+def end_title(row):
+    return f"| {row['mode']} | {row['watch']} | {row['lost']} |"
+
+
 def end_line(row):
     standing = "goes on for 3 s" if row["standing_ms"] < 0 else number(row["standing_ms"])
     bound = "none" if row["bound_mm"] is None else number(row["bound_mm"], 2)
-    return f"| {row['mode']} | {row['lost']} | {standing} | {number(row['travel_mm'], 2)} | {bound} |"
+    return f"{end_title(row)} {standing} | {number(row['travel_mm'], 2)} | {bound} |"
 
 
 def process_line(row):
