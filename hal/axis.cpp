@@ -25,6 +25,7 @@ Axis::Axis(const HardwareConfig& hardware, const AxisConfig& config, Fieldbus& b
       motion_(config.velocity, AxisUnits(config.gearing).resolution(), hardware.period),
       torque_(config.torque),
       first_motion_(config.first_motion),
+      run_motion_(config.first_motion),
       release_(config, hardware.period),
       memory_(config.jump_tolerance) {
   if (config.brake)
@@ -43,6 +44,7 @@ void Axis::boot(std::int64_t now) noexcept {
   encoder_sample_.alarm = false;
   motion_.restart();
   first_motion_.restart();
+  run_motion_ = RunMotion(config_.first_motion);
   following_.clearError();
   provisional_ = false;
   power_.setGoal(PowerGoal::kOff, now);
@@ -97,6 +99,7 @@ void Axis::readDrive(std::int64_t now) noexcept {
     return fail(HardwareGuard::kDriveFault);  // only a driver of another kind can do that
   drive_ = driver_.drive();
   motion_.sample(drive_.position, drive_.time);
+  run_motion_.sample(drive_.position, now);
   if (torque_.watches())
     torque_.take(drive_.torque, now);
   if (referenced() || phase_ == AxisPhase::kFailed || unconfirmed() || provisional_)
@@ -226,6 +229,8 @@ void Axis::judge(std::int64_t now) noexcept {
   noteGuard(HardwareGuard::kDriveFault, state == DriveState::kFault || state == DriveState::kFaultReaction);
   noteGuard(HardwareGuard::kEmergency, driver_.emergency());
   noteGuard(HardwareGuard::kOverspeed, motion_.tooFast());
+  if (run_motion_.failed())
+    fail(HardwareGuard::kFirstMotion);
   if (config_.encoder) {
     noteGuard(HardwareGuard::kEncoderSilent, encoder_stream_.silent(feedback_budget_.silence, now));
     noteGuard(HardwareGuard::kEncoderAlarm, encoder_sample_.alarm);
@@ -273,7 +278,7 @@ safety::FaultRecord Axis::failure(GuardMask guards) const noexcept {
   if (record.cause == FaultCause::kDisagree)
     found(std::abs(encoderPosition() - position_), config_.encoder->tolerance);
   else if ((guards & bit(HardwareGuard::kFirstMotion)) != 0)
-    found(first_motion_.excess(), config_.first_motion);
+    found(std::max(first_motion_.excess(), run_motion_.excess()), config_.first_motion);
   else if (record.cause == FaultCause::kFollowingError)
     found(std::abs(following_.error()), config_.following_error);
   else if (record.cause == FaultCause::kLost)

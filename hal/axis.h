@@ -15,6 +15,7 @@
 #include "hal/hardware.h"
 #include "hal/measured_motion.h"
 #include "hal/position_memory.h"
+#include "hal/run_motion.h"
 #include "hal/torque_guard.h"
 #include "hal/torque_release.h"
 #include "idl/enumerations.h"
@@ -108,6 +109,12 @@ class Axis {
   void rereference(double place, double position) noexcept;
   /// Position from the drive's own zero at this position of the joint, m or rad.
   double placeOf(double position) const noexcept { return position - zero_; }
+  /// A homing run begins: until endRun(), its travel is watched (RunMotion). @param slowest,fastest  its velocities,
+  /// m/s or rad/s
+  void beginRun(double slowest, double fastest, std::int64_t now) noexcept {
+    run_motion_.begin(slowest, fastest, drive_.position, now);
+  }
+  void endRun() noexcept { run_motion_.end(); }
   /// Until the next reference, positions and targets count from here: for a run against a mechanical stop.
   void countFromHere() noexcept;
   /// Position that was last known to be right; to be restored before boot().
@@ -149,6 +156,7 @@ class Axis {
   std::optional<Brake> brake_;
   TorqueGuard torque_;
   FirstMotion first_motion_;
+  RunMotion run_motion_;
   TorqueRelease release_;
   PositionMemory memory_;
   AxisPhase phase_ = AxisPhase::kBooting;

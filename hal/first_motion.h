@@ -30,11 +30,13 @@ class FirstMotion {
     farthest_ = excess_ = 0.0;
     from_ = drive;
   }
-  void sample(double target, double drive, double encoder) noexcept {
+  void sample(double target, double drive, double encoder) noexcept { sample(target, target, drive, encoder); }
+  /// @param least,most  of several targets
+  void sample(double least, double most, double drive, double encoder) noexcept {
     if (confirmed_)
       return;
-    least_ = std::min(least_, target);
-    most_ = std::max(most_, target);
+    least_ = std::min(least_, least);
+    most_ = std::max(most_, most);
     const double outside = std::max({least_ - drive, drive - most_, 0.0});
     excess_ = std::max({excess_, outside, std::abs(encoder - drive - difference_)});
     farthest_ = std::max(farthest_, std::abs(drive - from_));

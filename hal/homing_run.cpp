@@ -65,6 +65,7 @@ void HomingRun::enterOf(std::size_t index, Phase phase, std::int64_t now) noexce
       start(index, now);
       break;
     case Phase::kPowerOff:
+      axis.endRun();
       axis.driver().endHoming();
       axis.setGoal(PowerGoal::kOff, now);
       break;
@@ -72,6 +73,7 @@ void HomingRun::enterOf(std::size_t index, Phase phase, std::int64_t now) noexce
       axis.rereference(hasStop(axis) ? axis.placeOf(searches_[index].contact()) : 0.0, axis.config().homing.position);
       break;
     case Phase::kAborting:
+      axis.endRun();
       axis.setGoal(PowerGoal::kOff, now);
       break;
     case Phase::kIdle:
@@ -80,11 +82,17 @@ void HomingRun::enterOf(std::size_t index, Phase phase, std::int64_t now) noexce
 }
 
 void HomingRun::start(std::size_t index, std::int64_t now) noexcept {
-  if (hasStop(*axes_[index])) {
-    axes_[index]->countFromHere();
+  Axis& axis = *axes_[index];
+  const AxisConfig& config = axis.config();
+  if (hasStop(axis)) {
+    const double speed = config.hard_stop.speed;
+    axis.countFromHere();
+    axis.beginRun(config.hard_stop.positive ? 0.0 : -speed, config.hard_stop.positive ? speed : 0.0, now);
     searches_[index].start(now);
   } else {
-    axes_[index]->driver().startHoming();
+    const double fastest = std::max(config.homing.fast, config.homing.slow);
+    axis.beginRun(-fastest, fastest, now);
+    axis.driver().startHoming();
   }
 }
 

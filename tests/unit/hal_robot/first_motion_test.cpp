@@ -2,6 +2,7 @@
 /** @file The first motion after a boot: hardware files with wrong units, gearings and signs end it; right ones do not.
  */
 #include "hal/first_motion.h"
+#include "hal/run_motion.h"
 
 #include <random>
 
@@ -126,6 +127,71 @@ TEST(FirstMotion, AWrongUnitOfVelocityEndsIt) {
     EXPECT_GE(system->guardCount(HardwareGuard::kFirstMotion), 1u) << system->story();
     const double far = std::abs((drive.motor().position() - before) * AxisUnits(right.axes[0].gearing).scale());
     EXPECT_LT(far, kSlack + 16 * 0.5e-3 * 0.1) << "a tenth of a second at a sixteenfold speed";
+  }
+}
+
+/// Travel of the first motor of arm A in a homing run, m. Ends with the run.
+double travelOfHoming(System& system, const HardwareConfig& right) {
+  EXPECT_FALSE(system.boot());
+  const sim::drives::Motor& motor = system.drive(0, 0).motor();
+  const double before = motor.position();
+  EXPECT_EQ(homeArm(system, 300), ArmHardware::HomingAnswer::kNotDisabled) << system.story();
+  EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
+  EXPECT_GE(system.guardCount(HardwareGuard::kFirstMotion), 1u) << system.story();
+  EXPECT_EQ(system.guardCount(HardwareGuard::kOverspeed), 0u) << "it is slower than the axis may move";
+  const safety::FaultRecord record = system.robot->faultRecord(0);
+  EXPECT_GT(record.amount, record.allowed);
+  return std::abs((motor.position() - before) * AxisUnits(right.axes[0].gearing).scale());
+}
+
+/// The drive takes its homing speed for a larger one; the run ends after `first_motion` and the ramp.
+TEST(FirstMotion, AHomingRunWithAWrongUnitOfVelocityEnds) {
+  HardwareConfig right = homingHardware();
+  for (AxisConfig& axis : right.axes)
+    axis.homing.fast = axis.homing.slow = 0.5e-3;
+  HardwareConfig file = right;
+  for (AxisConfig& axis : file.axes)
+    axis.units.velocity_scale = 10.0;
+  const auto system = systemWith(right, file);
+  const double speed = 10 * 0.5e-3, ramp = speed * speed / right.axes[0].quick_stop_deceleration;
+  EXPECT_LT(travelOfHoming(*system, right), 2 * kFirstTranslation + ramp + 5 * right.period * speed);
+}
+
+/// Towards a mechanical stop the HAL commands the motion: a drive in profile velocity with another unit.
+TEST(FirstMotion, ARunAgainstAStopWithAWrongUnitOfVelocityEnds) {
+  HardwareConfig right = homingHardware();
+  for (AxisConfig& axis : right.axes) {
+    if (axis.arm != 0 || !axis.translation)
+      continue;
+    axis.mode = DriveMode::kProfileVelocity;
+    axis.reference = PositionReference::kHardStop;
+    axis.hard_stop = {false, 0.5e-3, 0.3, 0.04};
+  }
+  HardwareConfig file = right;
+  for (AxisConfig& axis : file.axes)
+    axis.units.velocity_scale = 10.0;
+  const auto system = systemWith(right, file);
+  const double speed = 10 * 0.5e-3, ramp = speed * speed / right.axes[0].quick_stop_deceleration;
+  EXPECT_LT(travelOfHoming(*system, right), 2 * kFirstTranslation + ramp + 5 * right.period * speed);
+}
+
+/// A drive sets its position to 0 at its reference: that is no travel. A run that is as fast as it should be is right.
+TEST(FirstMotion, AHomingRunMayFindItsReferenceAtAnyTime) {
+  std::mt19937 random = seeded();
+  for (int run = 0; run < 200; ++run) {
+    RunMotion motion(kSlack);
+    const double speed = uniform(random, 1e-4, 2e-2), start = uniform(random, -1.0, 1.0),
+                 reserve = uniform(random, 0.5, 1.4);
+    const int found = std::uniform_int_distribution<int>(1, 500)(random);
+    double position = start, direction = 1.0;
+    motion.begin(-speed, speed, position, 0);
+    for (int k = 1; k < 600; ++k) {
+      if (k % 97 == 0)
+        direction = -direction;
+      position = k == found ? 0.0 : position + direction * 4e-3 * speed * reserve * (k < found ? 1.0 : 0.0);
+      motion.sample(position, 4'000'000LL * k);
+      ASSERT_FALSE(motion.failed()) << run << " " << k << " " << motion.excess();
+    }
   }
 }
 

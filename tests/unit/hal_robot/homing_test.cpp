@@ -92,6 +92,7 @@ HardwareConfig rotationsThatHome(int method) {
       continue;
     axis.reference = PositionReference::kHoming;
     axis.encoder.reset();
+    axis.first_motion = kFirstRotation;
     axis.homing = {method, 1.0, 0.1, 10.0, 0.3 * axis.joint, 0, 60.0};
   }
   return config;

@@ -61,6 +61,7 @@ inline HardwareConfig homingHardware() {
       continue;
     axis.reference = PositionReference::kHoming;
     axis.encoder.reset();
+    axis.first_motion = kFirstTranslation;
     axis.homing.method = 17;
     axis.homing.fast = 0.01;
     axis.homing.slow = 0.002;
