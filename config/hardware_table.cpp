@@ -194,7 +194,8 @@ Mapping driveMapping(Kind kind) {
 }
 
 Mapping encoderMapping(Kind kind) {
-  Mapping table{kind.prefixed("encoder"), "What the absolute encoders of a group have in common, CiA 406.",
+  Mapping table{kind.prefixed("encoder"),
+                "What the absolute encoders of a group have in common: of the profile CiA 406, or read by the drives.",
                 gearingFields<EncoderConfig>(kind)};
   table.fields.push_back(positive("tolerance", kind.position(), "largest permitted difference to the drive's position",
                                   &EncoderConfig::tolerance)
@@ -204,6 +205,13 @@ Mapping encoderMapping(Kind kind) {
                                   "range of each axis must be smaller",
                                   &EncoderConfig::range)
                              .defaultNote("no wrap-around"));
+  table.fields.push_back(
+      integer("drive_input",
+              "sub-index of the drives' object 0x60E4 (additional position actual value) that shows the encoder, for "
+              "encoders that the drives read; their axes have no encoder_node",
+              &EncoderConfig::drive_input)
+          .within(1, 254)
+          .defaultNote("the encoders are nodes on the bus"));
   append(table.fields, identityFields<EncoderConfig>());
   return table;
 }

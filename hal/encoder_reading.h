@@ -24,7 +24,7 @@ class EncoderReading {
 
   /// The encoder may have turned meanwhile.
   void restart() noexcept { last_ = middle_; }
-  /// @param counts  object 6004 @return m or rad
+  /// @param counts  object 6004, or 60E4 of the drive @return m or rad
   double take(std::int32_t counts) noexcept {
     const double place = units_.toJoint(counts);
     last_ = range_ > 0.0 ? place + range_ * std::round((last_ - place) / range_) : place;

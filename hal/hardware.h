@@ -83,9 +83,10 @@ struct HomingConfig {
   double budget = 60.0;       ///< s
 };
 
-/** An absolute encoder of the profile CiA 406 beside a drive. */
+/** An absolute encoder at the joint: of the profile CiA 406 beside a drive, or read by the drive itself. */
 struct EncoderConfig {
-  int node = 0;
+  int node = 0;         ///< of an encoder on the bus
+  int drive_input = 0;  ///< subindex of the drive's object 60E4 that shows the encoder; 0: it is on the bus
   DeviceIdentity identity;
   Gearing gearing;
   double tolerance = 0.0;  ///< largest difference to the drive's position, m or rad
@@ -150,6 +151,8 @@ struct AxisConfig {
   bool needsRun() const noexcept {
     return reference == PositionReference::kHoming || reference == PositionReference::kHardStop;
   }
+  /// The encoder is a node of its own.
+  bool hasEncoderNode() const noexcept { return encoder && encoder->drive_input == 0; }
   /// Object with torque or current in the feedback PDO; 0: none.
   std::uint16_t feedbackTorque() const noexcept {
     constexpr std::uint16_t kTorqueActual = 0x6077;

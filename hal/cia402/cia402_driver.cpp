@@ -45,8 +45,10 @@ Cia402Driver::Cia402Driver(const HardwareConfig& hardware,
       temperature_(config) {
   if (!config.encoder)
     return;
-  encoder_ = network.addNode(encoderSetup(hardware, config, budgets.drive_heartbeat));
-  encoder_slots_ = EncoderSlots(network.node(encoder_));
+  if (config.hasEncoderNode())
+    encoder_ = network.addNode(encoderSetup(hardware, config, budgets.drive_heartbeat));
+  encoder_slots_ =
+      encoder_ >= 0 ? EncoderSlots(network.node(encoder_)) : EncoderSlots(driveNode(), config.encoder->drive_input);
   encoder_reading_ = EncoderReading(*config.encoder, config.lower, config.upper);
 }
 
@@ -114,14 +116,14 @@ void Cia402Driver::readDrive() noexcept {
 }
 
 void Cia402Driver::readEncoder() noexcept {
-  if (encoder_ < 0)
+  if (!config_.encoder)
     return;
-  const canopen::Node& encoder = network_.node(encoder_);
+  const canopen::Node& encoder = nodeOf(true);
   encoder_feedback_.arrivals.expected = network_.syncCount();
   if (!encoder_samples_.take(encoder, encoder_slots_.measured))
     return;
   encoder_feedback_.arrivals.received = encoder_samples_.count();
-  encoder_feedback_.alarm = (encoder.get(encoder_slots_.alarms()) & 1u) != 0;
+  encoder_feedback_.alarm = encoder_slots_.alarms().mapped() && (encoder.get(encoder_slots_.alarms()) & 1u) != 0;
   encoder_feedback_.position =
       encoder_reading_.take(static_cast<std::int32_t>(encoder.getSigned(encoder_slots_.position())));
 }

@@ -24,6 +24,9 @@ DriveSlots::DriveSlots(const canopen::Node& drive) noexcept
 EncoderSlots::EncoderSlots(const canopen::Node& encoder) noexcept
     : measured{encoder.tpdoSlot(objects::kEncoderPosition), encoder.tpdoSlot(objects::kEncoderAlarms)} {}
 
+EncoderSlots::EncoderSlots(const canopen::Node& drive, int input) noexcept
+    : measured{drive.tpdoSlot({objects::kAdditionalPosition, static_cast<std::uint8_t>(input)})} {}
+
 bool CompleteSamples::take(const canopen::Node& node, std::span<const canopen::PdoSlot> values) noexcept {
   bool all = true;
   for (const PdoSlot& value : values) {

@@ -27,9 +27,11 @@ struct DriveSlots {
 struct EncoderSlots {
   EncoderSlots() = default;
   explicit EncoderSlots(const canopen::Node& encoder) noexcept;
+  /// An encoder that the drive reads. @param input  EncoderConfig::drive_input
+  EncoderSlots(const canopen::Node& drive, int input) noexcept;
 
   canopen::PdoSlot position() const noexcept { return measured[0]; }
-  canopen::PdoSlot alarms() const noexcept { return measured[1]; }
+  canopen::PdoSlot alarms() const noexcept { return measured[1]; }  ///< may be in no PDO
 
   std::array<canopen::PdoSlot, 2> measured;
 };

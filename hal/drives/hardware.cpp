@@ -30,7 +30,7 @@ BusTraffic HardwareConfig::trafficOf(int bus, double heartbeat_budget) const {
     if (axis.bus != bus)
       continue;
     ++traffic.drives;
-    traffic.encoders += axis.encoder ? 1 : 0;
+    traffic.encoders += axis.hasEncoderNode() ? 1 : 0;
     traffic.guarded += axis.watch == MutualWatch::kNodeGuarding ? 1 : 0;
     countFrames(traffic.commands, commandObjects(axis), axis.pdo_objects);
     countFrames(traffic.feedback, feedbackObjects(*this, axis), axis.pdo_objects);

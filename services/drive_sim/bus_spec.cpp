@@ -118,6 +118,19 @@ void placeReferences(const hal::AxisConfig& axis, const hal::AxisUnits& units, D
   }
 }
 
+/// How the encoder of an axis reads the joint.
+sim::drives::LoadSpec loadOf(const hal::AxisConfig& axis) {
+  const hal::EncoderConfig& encoder = *axis.encoder;
+  sim::drives::LoadSpec spec;
+  spec.ratio = hal::AxisUnits(axis.gearing).scale() / hal::AxisUnits(encoder.gearing).scale();
+  spec.range = std::llround(encoder.range);
+  // The counter of a drive with absolute position has its own origin: encoder and drive must give the same joint
+  // position.
+  if (axis.reference != hal::PositionReference::kAbsoluteEncoder)
+    spec.offset = hal::AxisUnits(encoder.gearing).toCounts(hal::AxisUnits(axis.gearing).toJoint(0)).value;
+  return spec;
+}
+
 DriveSpec driveOf(const hal::AxisConfig& axis) {
   const hal::AxisUnits units(axis.gearing, axis.units);
   DriveSpec spec;
@@ -132,6 +145,10 @@ DriveSpec driveOf(const hal::AxisConfig& axis) {
     spec.brake = {axis.brake->mask(), axis.brake->closed_level, 0.6 * axis.brake->closing_time};
     spec.motor.load = units.toCountSpeed(axis.translation ? kFall : kRotationFall);
   }
+  if (axis.encoder && !axis.hasEncoderNode()) {
+    spec.load = loadOf(axis);
+    spec.load_input = static_cast<std::uint8_t>(axis.encoder->drive_input);
+  }
   if (axis.needsRun()) {
     spec.incremental = true;
     placeReferences(axis, units, spec);
@@ -141,16 +158,10 @@ DriveSpec driveOf(const hal::AxisConfig& axis) {
 
 EncoderSpec encoderOf(const hal::AxisConfig& axis) {
   const hal::EncoderConfig& encoder = *axis.encoder;
-  EncoderSpec spec;
+  EncoderSpec spec{loadOf(axis)};
   spec.id = static_cast<std::uint8_t>(encoder.node);
   spec.serial = encoder.identity.serial != 0 ? encoder.identity.serial : kSerialBase + spec.id;
   spec.drive = static_cast<std::uint8_t>(axis.node);
-  spec.ratio = hal::AxisUnits(axis.gearing).scale() / hal::AxisUnits(encoder.gearing).scale();
-  spec.range = std::llround(encoder.range);
-  // The counter of a drive with absolute position has its own origin: encoder and drive must give the same joint
-  // position.
-  if (axis.reference != hal::PositionReference::kAbsoluteEncoder)
-    spec.offset = hal::AxisUnits(encoder.gearing).toCounts(hal::AxisUnits(axis.gearing).toJoint(0)).value;
   return spec;
 }
 
@@ -248,7 +259,7 @@ void addNodes(const hal::HardwareConfig& hardware, const std::string& bus, sim::
     if (axis.bus != index)
       continue;
     spec.drives.push_back(driveOf(axis));
-    if (axis.encoder)
+    if (axis.hasEncoderNode())
       spec.encoders.push_back(encoderOf(axis));
   }
 }

@@ -103,8 +103,10 @@ sim::drives::BusSpec specOf(Options& options) {
   if (spec.drives.empty() && spec.encoders.empty())
     drive_sim::addStandardNodes(spec);
   options.habits.answer_delay = static_cast<std::int64_t>(1e6 * options.answer_delay);
-  for (sim::drives::DriveSpec& drive : spec.drives)
+  for (sim::drives::DriveSpec& drive : spec.drives) {
     drive.habits = options.habits;
+    drive.load.play = options.play;
+  }
   for (sim::drives::EncoderSpec& encoder : spec.encoders)
     encoder.play = options.play;
   return spec;

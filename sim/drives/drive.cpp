@@ -47,6 +47,7 @@ Drive::Drive(const DriveSpec& spec, const Eds& eds)
     : Device(spec.id, eds, driveEds(), spec.serial),
       spec_(spec),
       motor_(spec.motor, spec.start),
+      load_(spec.load, spec.start),
       random_(spec.id),
       controlword_(dictionary().require(0x6040)),
       statusword_(dictionary().require(0x6041)),
@@ -58,6 +59,7 @@ Drive::Drive(const DriveSpec& spec, const Eds& eds)
       demand_value_(dictionary().require(0x6062)),
       velocity_actual_(dictionary().require(0x606C)),
       following_(dictionary().require(0x60F4)),
+      load_actual_(dictionary().require(0x60E4, spec.load_input)),
       torque_(dictionary().require(0x6077)),
       current_(dictionary().require(0x6078)),
       temperature_(dictionary().require(0x2001)),
@@ -336,6 +338,7 @@ void Drive::step(double dt) noexcept {
     motor_.coast(dt);
     adoptPosition();
   }
+  load_.follow(motor_.position());
   note(dt, before);
   if (powered() && state_ != DriveState::kNotReady)
     monitor(dt);

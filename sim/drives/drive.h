@@ -9,6 +9,7 @@
 
 #include "sim/drives/device.h"
 #include "sim/drives/homing_search.h"
+#include "sim/drives/load_position.h"
 #include "sim/drives/motor.h"
 
 namespace tandem::sim::drives {
@@ -48,6 +49,8 @@ struct DriveSpec {
   double velocity_unit = 0.0, acceleration_unit = 0.0;
   Habits habits;
   std::optional<BrakeSpec> brake;
+  LoadSpec load;                ///< of a further encoder, at the joint, that the drive reads
+  std::uint8_t load_input = 1;  ///< sub-index of 60E4 that shows it
   Switches switches;
   MotorParameters motor;
 };
@@ -92,6 +95,8 @@ class Drive final : public Device {
   int mode() const noexcept { return static_cast<int>(mode_display_.value); }
   const Motor& motor() const noexcept { return motor_; }
   Motor& motor() noexcept { return motor_; }
+  /// The encoder at the joint, undisturbed.
+  const LoadPosition& load() const noexcept { return load_; }
   SensorFaults sensor;  ///< of the motor's encoder; `alarm` is a fault of the drive
   /** The emergency stop removes the torque (STO): the motor coasts, the drive changes to "switch on disabled" and stays
    * there. Statusword: bit 14 (of the manufacturer) is 1, bit 4 (voltage enabled) is 0. */
@@ -163,10 +168,11 @@ class Drive final : public Device {
 
   DriveSpec spec_;
   Motor motor_;
+  LoadPosition load_;
   std::mt19937 random_;
   Entry &controlword_, &statusword_, &error_code_, &mode_, &mode_display_;
   Entry &target_, &actual_, &demand_value_, &velocity_actual_, &following_;
-  Entry &torque_, &current_, &temperature_, &temperature_limit_, &inputs_, &max_torque_;
+  Entry &load_actual_, &torque_, &current_, &temperature_, &temperature_limit_, &inputs_, &max_torque_;
   DriveState state_ = DriveState::kNotReady;
   DriveRecord record_;
   double zero_ = 0.0;  ///< zero of the drive's coordinates minus that of the motor's

@@ -27,6 +27,7 @@ std::int32_t SensorFaults::distort(double value, std::int32_t& held, std::mt1993
 
 void Drive::refresh() noexcept {
   actual_.value = sensor.distort(position(), held_reading_, random_);
+  load_actual_.value = load_.wrapped(round32(load_.position()));
   demand_value_.value = round32(demand_);
   velocity_actual_.value = round32(motor_.velocity() / spec_.velocity_unit);
   following_.value = round32(demand_ - position());

@@ -16,7 +16,7 @@ Encoder::Encoder(const EncoderSpec& spec, const Eds& eds, const Motor& motor)
     : Device(spec.id, eds, encoderEds(), spec.serial),
       spec_(spec),
       motor_(motor),
-      carried_(motor.position()),
+      load_(spec, motor.position()),
       random_(spec.id),
       operating_(dictionary().require(0x6000)),
       status_(dictionary().require(0x6500)),
@@ -35,11 +35,11 @@ Encoder::Encoder(const EncoderSpec& spec, const Eds& eds, const Motor& motor)
 
 double Encoder::position() const noexcept {
   const double sign = (operating_.value & kReverse) != 0 ? -1.0 : 1.0;
-  return sign * (spec_.ratio * carried_ + spec_.offset) + static_cast<double>(preset_offset_);
+  return sign * load_.position() + static_cast<double>(preset_offset_);
 }
 
 void Encoder::step(double dt) noexcept {
-  carried_ = std::clamp(carried_, motor_.position() - 0.5 * spec_.play, motor_.position() + 0.5 * spec_.play);
+  load_.follow(motor_.position());
   hours_ += dt / 3600.0;
   if (!powered() || sensor.alarm == alarmed_)
     return;
@@ -52,9 +52,7 @@ void Encoder::step(double dt) noexcept {
 }
 
 void Encoder::refresh() noexcept {
-  position_value_.value = sensor.distort(position(), held_reading_, random_);
-  if (spec_.range > 0)
-    position_value_.value = (position_value_.value % spec_.range + spec_.range) % spec_.range;
+  position_value_.value = load_.wrapped(sensor.distort(position(), held_reading_, random_));
   speed_.value = std::clamp<std::int64_t>(std::llround(spec_.ratio * motor_.velocity()), -32768, 32767);
   alarms_.value = sensor.alarm ? kPositionAlarm : 0;
   status_.value = operating_.value;

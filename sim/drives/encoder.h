@@ -7,18 +7,15 @@
 
 #include "sim/drives/device.h"
 #include "sim/drives/drive.h"
+#include "sim/drives/load_position.h"
 
 namespace tandem::sim::drives {
 
 /** One encoder of a bus, on the axis of a drive. */
-struct EncoderSpec {
+struct EncoderSpec : LoadSpec {
   std::uint8_t id = 11;
   std::uint32_t serial = 1;
-  std::uint8_t drive = 1;   ///< node id of the drive whose axis it measures
-  double ratio = 1.0;       ///< its units per count of the drive; negative: opposite direction
-  std::int32_t offset = 0;  ///< units at position 0 of the drive's motor
-  std::int64_t range = 0;   ///< units after which it begins again at 0; 0: never
-  double play = 0.0;        ///< free travel between motor and encoder, counts of the drive
+  std::uint8_t drive = 1;  ///< node id of the drive whose axis it measures
 };
 
 class Encoder final : public Device {
@@ -39,7 +36,7 @@ class Encoder final : public Device {
 
   EncoderSpec spec_;
   const Motor& motor_;
-  double carried_ = 0.0;  ///< position of the motor that the encoder shows, behind the free travel
+  LoadPosition load_;
   std::mt19937 random_;
   Entry &operating_, &status_, &preset_, &position_value_, &speed_, &timer_, &alarms_, &offset_, &operating_time_;
   std::int64_t preset_offset_ = 0;  ///< survives power off, as in a real encoder

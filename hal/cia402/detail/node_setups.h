@@ -17,6 +17,7 @@ inline constexpr canopen::ObjectAddress kTargetVelocity{0x60FF, 0};
 inline constexpr canopen::ObjectAddress kTorque{0x6077, 0};
 inline constexpr canopen::ObjectAddress kCurrent{0x6078, 0};
 inline constexpr canopen::ObjectAddress kInputs{0x60FD, 0};
+inline constexpr std::uint16_t kAdditionalPosition = 0x60E4;  ///< of further encoders, from sub-index 1
 inline constexpr canopen::ObjectAddress kEncoderPosition{0x6004, 0};
 inline constexpr canopen::ObjectAddress kEncoderAlarms{0x6503, 0};
 inline constexpr canopen::ObjectAddress kMode{0x6060, 0};
@@ -36,7 +37,7 @@ inline constexpr std::uint16_t kHomingMethods = 0x60E3;  ///< the supported ones
 /// Setup of a drive. @param heartbeat_budget its time-out for the HAL's heartbeat, s.
 canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget);
 
-/// Setup of an absolute encoder; the axis must have one.
+/// Setup of an absolute encoder; the axis must have one that is a node.
 canopen::NodeSetup encoderSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget);
 
 }  // namespace tandem::hal

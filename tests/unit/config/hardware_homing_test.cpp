@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file References of hardware files: mechanical stops and the tolerance of a jump. */
+/** @file References of hardware files: mechanical stops, encoders that drives read, and the tolerance of a jump. */
 #include "hal/hardware.h"
+
+#include <regex>
+
 #include "support.h"
 
 namespace tandem::config::test {
@@ -84,6 +87,34 @@ TEST(HardwareReference, AJumpIsOfAnAbsolutePosition) {
       "reference: hard_stop\n      jump_tolerance_mm: 0.5\n      hard_stop: {direction: negative, "
       "speed_mm_per_s: 1, torque_per_mille: 250}",
       "translations[0].drive.jump_tolerance_mm", "expected `reference: absolute_encoder` or `drive`");
+}
+
+/// The preset with an encoder at the drives of the linear stages, and without their encoder nodes. @param keys  of the
+/// first axis
+hal::HardwareConfig loadEncoderAtDrive(const std::string& keys) {
+  std::string text = replaced(withReference(kEncoder), "encoder: {", "encoder: {drive_input: 2, ");
+  const std::size_t end = text.find("rotations:");
+  text = std::regex_replace(text.substr(0, end), std::regex("encoder_node: \\d+,\\s*"), "") + text.substr(end);
+  const std::string first = "tube: 1, bus: bus_a, node: 1, ";
+  const Folder folder;
+  return loadHardware(folder.write("file.yaml", replaced(text, first, first + keys)));
+}
+
+TEST(HardwareReference, AnEncoderMayBeReadByTheDrive) {
+  const hal::HardwareConfig hardware = loadEncoderAtDrive("");
+  EXPECT_EQ(hardware.axes[0].encoder->drive_input, 2);
+  EXPECT_FALSE(hardware.axes[0].hasEncoderNode());
+  EXPECT_TRUE(hardware.axes[3].hasEncoderNode());
+  for (const char* key : {"encoder_node: 17, ", "encoder_serial: 4, "}) {
+    try {
+      loadEncoderAtDrive(key);
+      FAIL();
+    } catch (const Error& error) {
+      EXPECT_NE(std::string(error.what()).find("expected none: the drive reads this encoder (`drive_input`"),
+                std::string::npos)
+          << error.what();
+    }
+  }
 }
 
 }  // namespace

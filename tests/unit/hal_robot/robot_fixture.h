@@ -244,8 +244,12 @@ class System {
   /// True joint position, m or rad: by the encoder's gearing, independently of drive and HAL.
   double truth(int arm, int joint) {
     const AxisConfig& axis = robot->arm(arm).axis(joint).config();
-    const auto& encoder = *find(wires[static_cast<std::size_t>(axis.bus)]->drives->encoders(), axis.encoder->node);
-    return AxisUnits(axis.encoder->gearing).toJoint(static_cast<std::int32_t>(std::lround(encoder.position())));
+    const auto read = [&] {
+      return axis.hasEncoderNode()
+                 ? find(wires[static_cast<std::size_t>(axis.bus)]->drives->encoders(), axis.encoder->node)->position()
+                 : drive(arm, joint).load().position();
+    };
+    return AxisUnits(axis.encoder->gearing).toJoint(static_cast<std::int32_t>(std::lround(read())));
   }
   ArmVector truth(int arm) {
     ArmVector q(robot->jointCount(arm));
