@@ -123,6 +123,16 @@ std::vector<Field> modelFields() {
            {{"heartbeat", hal::MutualWatch::kHeartbeat}, {"node_guarding", hal::MutualWatch::kNodeGuarding}},
            &AxisConfig::watch),
       integer("pdo_objects", "most objects that the drive takes in one PDO", &AxisConfig::pdo_objects).within(1, 8),
+      integer(
+          "negative_switch_bit",
+          "bit of the digital inputs, object 0x60FD, that is 1 at the limit switch of the drive's negative direction "
+          "(CiA 402: 0)",
+          &AxisConfig::negative_switch)
+          .within(0, 31)
+          .defaultNote("not read"),
+      integer("positive_switch_bit", "the same for its positive direction (CiA 402: 1)", &AxisConfig::positive_switch)
+          .within(0, 31)
+          .defaultNote("not read"),
       objectField("temperature_object", "object with a temperature, signed").defaultNote("none"),
       positive("temperature_scale", kNone, "degrees Celsius per unit of the temperature object",
                &AxisConfig::temperature_scale),

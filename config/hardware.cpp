@@ -42,6 +42,10 @@ Group readGroup(const Map& map, bool translation, const ProfileLosses& losses) {
     axis.slew_limit = axis.velocity / hal::kSlewTime;
   if (!drive.has("first_motion"))
     axis.first_motion = translation ? hal::kFirstTranslation : hal::kFirstRotation;
+  if (axis.positive_switch >= 0 && axis.positive_switch == axis.negative_switch)
+    drive.fail("positive_switch_bit",
+               "found the bit of negative_switch_bit, expected one of its own: a joint could not "
+               "leave a switch whose side is not known");
   axis.torque = readTorqueLimit(drive);
   axis.sdo = readSdo(drive);
   readReference(drive, axis);

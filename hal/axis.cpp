@@ -26,6 +26,7 @@ Axis::Axis(const HardwareConfig& hardware, const AxisConfig& config, Fieldbus& b
       torque_(config.torque),
       first_motion_(config.first_motion),
       run_motion_(config.first_motion),
+      switches_(2.0 * AxisUnits(config.gearing).resolution()),
       release_(config, hardware.period),
       memory_(config.jump_tolerance) {
   if (config.brake)
@@ -104,6 +105,7 @@ void Axis::readDrive(std::int64_t now) noexcept {
     torque_.take(drive_.torque, now);
   if (referenced() || phase_ == AxisPhase::kFailed || unconfirmed() || provisional_)
     position_ = measured();
+  switches_.take(drive_.at_lower, drive_.at_upper, position_, operating_);
 }
 
 void Axis::readEncoder(std::int64_t now) noexcept {
@@ -215,6 +217,7 @@ void Axis::judgeMotion(std::int64_t now) noexcept {
   noteGuard(HardwareGuard::kPowerLost, !powered);
   noteGuard(HardwareGuard::kTorque, torque_.exceeded(now));
   noteGuard(HardwareGuard::kInternalLimit, powered && drive_.limited);
+  noteGuard(HardwareGuard::kInternalLimit, powered && switches_.beyond(target_));
 }
 
 void Axis::judge(std::int64_t now) noexcept {

@@ -13,6 +13,7 @@
 #include "hal/first_motion.h"
 #include "hal/guards.h"
 #include "hal/hardware.h"
+#include "hal/limit_switches.h"
 #include "hal/measured_motion.h"
 #include "hal/position_memory.h"
 #include "hal/run_motion.h"
@@ -157,6 +158,7 @@ class Axis {
   TorqueGuard torque_;
   FirstMotion first_motion_;
   RunMotion run_motion_;
+  LimitSwitches switches_;
   TorqueRelease release_;
   PositionMemory memory_;
   AxisPhase phase_ = AxisPhase::kBooting;

@@ -36,6 +36,7 @@ struct DriveFeedback {
   double torque = 0.0;                       ///< or current, share of the rated one, with sign; 0: not measured
   bool follows = true;                       ///< false: the drive reports that it ignores its target
   bool limited = false;  ///< the drive reports that it does not move to its target because of a limit
+  bool at_lower = false, at_upper = false;  ///< the limit switch of this direction of the joint is active
 };
 
 /** Last sample of an absolute encoder. */

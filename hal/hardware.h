@@ -120,7 +120,9 @@ struct AxisConfig {
   DriveUnits units;
   double sdo_timeout = 0.1;  ///< longest time for the drive's or encoder's answer to an SDO request, s
   MutualWatch watch = MutualWatch::kHeartbeat;
-  int pdo_objects = 8;            ///< most objects in one PDO of the drive
+  int pdo_objects = 8;  ///< most objects in one PDO of the drive
+  /// Bits of the drive's digital inputs (60FD) that show its limit switches, in its own directions; -1: not read.
+  int negative_switch = -1, positive_switch = -1;
   bool reports_following = true;  ///< bit 12 of the statusword is 1 while the drive follows the target (CSP, CSV)
   double lower = 0.0;             ///< software limits of the drive, m or rad
   double upper = 0.0;
@@ -151,6 +153,8 @@ struct AxisConfig {
   bool needsRun() const noexcept {
     return reference == PositionReference::kHoming || reference == PositionReference::kHardStop;
   }
+  /// Limit switches of the joint are read.
+  bool hasSwitches() const noexcept { return negative_switch >= 0 || positive_switch >= 0; }
   /// The encoder is a node of its own.
   bool hasEncoderNode() const noexcept { return encoder && encoder->drive_input == 0; }
   /// Object with torque or current in the feedback PDO; 0: none.

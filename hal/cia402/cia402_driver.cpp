@@ -43,6 +43,8 @@ Cia402Driver::Cia402Driver(const HardwareConfig& hardware,
       slots_(network.node(drive_)),
       units_(unitsOf(config)),
       temperature_(config) {
+  if (config.hasSwitches())
+    slots_.measured.back() = slots_.inputs;
   if (!config.encoder)
     return;
   if (config.hasEncoderNode())
@@ -111,6 +113,10 @@ void Cia402Driver::readDrive() noexcept {
     feedback_.torque = static_cast<double>(static_cast<std::int16_t>(drive.getSigned(slots_.torque()))) / kPerMille;
   const bool reports = config_.reports_following && config_.mode != DriveMode::kProfileVelocity;
   feedback_.follows = !reports || (statusword_ & statusword::kFollowsCommand) != 0;
+  const std::uint64_t inputs = slots_.inputs.mapped() ? drive.get(slots_.inputs) : 0;
+  const auto active = [inputs](int bit) { return bit >= 0 && (inputs >> bit & 1u) != 0; };
+  feedback_.at_lower = active(units_.reversed() ? config_.positive_switch : config_.negative_switch);
+  feedback_.at_upper = active(units_.reversed() ? config_.negative_switch : config_.positive_switch);
   // In cyclic velocity mode a drive may slow down before its limit and report the bit.
   feedback_.limited = config_.mode == DriveMode::kCyclicPosition && (statusword_ & statusword::kInternalLimit) != 0;
 }

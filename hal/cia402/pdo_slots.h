@@ -18,7 +18,8 @@ struct DriveSlots {
   canopen::PdoSlot position() const noexcept { return measured[1]; }
   canopen::PdoSlot torque() const noexcept { return measured[2]; }  ///< or current; may be in no PDO
 
-  std::array<canopen::PdoSlot, 3> measured;
+  /// Values that a complete sample has; the last one is that of the inputs, if the axis needs them in each sample.
+  std::array<canopen::PdoSlot, 4> measured;
   canopen::PdoSlot inputs;  ///< digital ones; may be in no PDO
   canopen::PdoSlot controlword, target;
 };

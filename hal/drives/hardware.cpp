@@ -72,10 +72,11 @@ double AxisConfig::travelWithoutHal(ProtectionMask lost, double heartbeat_budget
 }
 
 bool readsInputs(const HardwareConfig& hardware, const AxisConfig& axis) noexcept {
-  return std::any_of(hardware.emergency_stop.begin(), hardware.emergency_stop.end(), [&](const EmergencyInput& input) {
+  const auto of_axis = [&](const EmergencyInput& input) {
     const AxisConfig& of = hardware.axes[static_cast<std::size_t>(input.axis)];
     return !input.statusword && of.bus == axis.bus && of.node == axis.node;
-  });
+  };
+  return axis.hasSwitches() || std::ranges::any_of(hardware.emergency_stop, of_axis);
 }
 
 bool holdsWithoutPower(const HardwareConfig& hardware, int arm) noexcept {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file References of hardware files: mechanical stops, encoders that drives read, and the tolerance of a jump. */
+/** @file References of hardware files: mechanical stops, encoders that drives read, the tolerance of a jump; and limit
+ * switches. */
 #include "hal/hardware.h"
 
 #include <regex>
@@ -114,6 +115,28 @@ TEST(HardwareReference, AnEncoderMayBeReadByTheDrive) {
                 std::string::npos)
           << error.what();
     }
+  }
+}
+
+/// Their PDOs need a longer period.
+std::string withSwitches(const std::string& negative, const std::string& positive) {
+  const std::string text =
+      withReference(kEncoder + "\n      negative_switch_bit: " + negative + "\n      positive_switch_bit: " + positive);
+  return replaced(text, "period_ms: 4", "period_ms: 5");
+}
+
+TEST(HardwareSwitches, HaveABitEach) {
+  const Folder folder;
+  const hal::AxisConfig axis = loadHardware(folder.write("file.yaml", withSwitches("1", "0"))).axes[0];
+  EXPECT_EQ(axis.negative_switch, 1);
+  EXPECT_EQ(axis.positive_switch, 0);
+  EXPECT_FALSE(loadReference(kEncoder).axes[0].hasSwitches());
+  try {
+    loadHardware(folder.write("file.yaml", withSwitches("4", "4")));
+    FAIL();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.key(), "translations[0].drive.positive_switch_bit");
+    EXPECT_NE(std::string(error.what()).find("expected one of its own"), std::string::npos) << error.what();
   }
 }
 

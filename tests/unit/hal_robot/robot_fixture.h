@@ -86,6 +86,7 @@ struct DriveKind {
   sim::drives::Eds eds;
   sim::drives::Habits habits;
   bool switches = true;  ///< false: no switch is fitted
+  std::function<void(sim::drives::DriveSpec&)> adapt = [](sim::drives::DriveSpec&) {};
 };
 
 /** One bus with its drives, and the HAL's port on it. */
@@ -103,6 +104,7 @@ struct Wire {
         drive.motor.high = -drive.motor.low;
         drive.switches = {};
       }
+      kind.adapt(drive);
     }
     drives = std::make_unique<sim::drives::DriveBus>(slaves, spec, now);
   }
