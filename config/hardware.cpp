@@ -132,12 +132,11 @@ class AxisReader {
   void readEncoder(const Map& map, const Group& group, AxisConfig& axis) {
     hal::EncoderConfig encoder = group.encoder.value_or(hal::EncoderConfig{});
     map.read(encoder);
-    const bool at_drive = encoder.drive_input != 0;
     for (const char* key : {"encoder_node", "encoder_serial"}) {
-      if (at_drive && map.has(key))
+      if (encoder.atDrive() && map.has(key))
         map.fail(key, "found one, expected none: the drive reads this encoder (`drive_input` of the group)");
     }
-    if (!at_drive && !map.has("encoder_node")) {
+    if (!encoder.atDrive() && !map.has("encoder_node")) {
       if (axis.reference == hal::PositionReference::kAbsoluteEncoder)
         map.fail("encoder_node", "found none, expected one with `reference: absolute_encoder`");
       return;
@@ -150,7 +149,7 @@ class AxisReader {
                             " for an encoder that begins again after " + exact(range) +
                             " (m or rad), expected less: it could not tell where the joint is");
     axis.encoder = encoder;
-    if (!at_drive)
+    if (!encoder.atDrive())
       claimNode(map, "encoder_node", axis.bus, encoder.node);
   }
 
@@ -183,7 +182,8 @@ class AxisReader {
       if (axis.first_motion < 2.0 * resolution)
         map.fail("node", "found a first_motion below two counts of this axis, expected more");
       if (axis.encoder && axis.encoder->tolerance < hal::AxisUnits(axis.encoder->gearing).resolution())
-        map.fail("node", "found a tolerance below one count of the encoder, expected more");
+        map.fail(axis.hasEncoderNode() ? "encoder_node" : "node",
+                 "found a tolerance below one count of the encoder, expected more");
     } catch (const std::invalid_argument& error) {
       map.fail("node", error.what());
     }

@@ -232,8 +232,7 @@ void Axis::judge(std::int64_t now) noexcept {
   noteGuard(HardwareGuard::kDriveFault, state == DriveState::kFault || state == DriveState::kFaultReaction);
   noteGuard(HardwareGuard::kEmergency, driver_.emergency());
   noteGuard(HardwareGuard::kOverspeed, motion_.tooFast());
-  if (run_motion_.failed())
-    fail(HardwareGuard::kFirstMotion);
+  noteGuard(HardwareGuard::kFirstMotion, run_motion_.failed());
   if (config_.encoder) {
     noteGuard(HardwareGuard::kEncoderSilent, encoder_stream_.silent(feedback_budget_.silence, now));
     noteGuard(HardwareGuard::kEncoderAlarm, encoder_sample_.alarm);

@@ -91,6 +91,8 @@ struct EncoderConfig {
   Gearing gearing;
   double tolerance = 0.0;  ///< largest difference to the drive's position, m or rad
   double range = 0.0;      ///< counts after which the encoder begins again at 0; 0: never
+
+  bool atDrive() const noexcept { return drive_input != 0; }  ///< the drive reads it
 };
 
 /** A brake at a digital output of the drive (object 0x60FE), which the HAL opens and closes. */
@@ -156,7 +158,7 @@ struct AxisConfig {
   /// Limit switches of the joint are read.
   bool hasSwitches() const noexcept { return negative_switch >= 0 || positive_switch >= 0; }
   /// The encoder is a node of its own.
-  bool hasEncoderNode() const noexcept { return encoder && encoder->drive_input == 0; }
+  bool hasEncoderNode() const noexcept { return encoder && !encoder->atDrive(); }
   /// Object with torque or current in the feedback PDO; 0: none.
   std::uint16_t feedbackTorque() const noexcept {
     constexpr std::uint16_t kTorqueActual = 0x6077;

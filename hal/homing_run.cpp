@@ -85,9 +85,9 @@ void HomingRun::start(std::size_t index, std::int64_t now) noexcept {
   Axis& axis = *axes_[index];
   const AxisConfig& config = axis.config();
   if (hasStop(axis)) {
-    const double speed = config.hard_stop.speed;
+    const double velocity = config.hard_stop.positive ? config.hard_stop.speed : -config.hard_stop.speed;
     axis.countFromHere();
-    axis.beginRun(config.hard_stop.positive ? 0.0 : -speed, config.hard_stop.positive ? speed : 0.0, now);
+    axis.beginRun(std::min(velocity, 0.0), std::max(velocity, 0.0), now);
     searches_[index].start(now);
   } else {
     const double fastest = std::max(config.homing.fast, config.homing.slow);

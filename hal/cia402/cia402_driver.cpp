@@ -40,11 +40,9 @@ Cia402Driver::Cia402Driver(const HardwareConfig& hardware,
     : config_(config),
       network_(network),
       drive_(network.addNode(driveSetup(hardware, config, budgets.drive_heartbeat))),
-      slots_(network.node(drive_)),
+      slots_(network.node(drive_), config.hasSwitches()),
       units_(unitsOf(config)),
       temperature_(config) {
-  if (config.hasSwitches())
-    slots_.measured.back() = slots_.inputs;
   if (!config.encoder)
     return;
   if (config.hasEncoderNode())

@@ -14,9 +14,10 @@ PdoSlot either(PdoSlot first, PdoSlot second) noexcept { return first.mapped() ?
 
 }  // namespace
 
-DriveSlots::DriveSlots(const canopen::Node& drive) noexcept
+DriveSlots::DriveSlots(const canopen::Node& drive, bool sampled_inputs) noexcept
     : measured{drive.tpdoSlot(objects::kStatusword), drive.tpdoSlot(objects::kPosition),
-               either(drive.tpdoSlot(objects::kTorque), drive.tpdoSlot(objects::kCurrent))},
+               either(drive.tpdoSlot(objects::kTorque), drive.tpdoSlot(objects::kCurrent)),
+               sampled_inputs ? drive.tpdoSlot(objects::kInputs) : PdoSlot{}},
       inputs(drive.tpdoSlot(objects::kInputs)),
       controlword(drive.rpdoSlot(objects::kControlword)),
       target(either(drive.rpdoSlot(objects::kTargetPosition), drive.rpdoSlot(objects::kTargetVelocity))) {}

@@ -12,13 +12,14 @@ namespace tandem::hal {
 
 /** Places of the values of a drive. */
 struct DriveSlots {
-  explicit DriveSlots(const canopen::Node& drive) noexcept;
+  /// @param sampled_inputs  a sample is complete with the digital inputs only
+  DriveSlots(const canopen::Node& drive, bool sampled_inputs) noexcept;
 
   canopen::PdoSlot statusword() const noexcept { return measured[0]; }
   canopen::PdoSlot position() const noexcept { return measured[1]; }
   canopen::PdoSlot torque() const noexcept { return measured[2]; }  ///< or current; may be in no PDO
 
-  /// Values that a complete sample has; the last one is that of the inputs, if the axis needs them in each sample.
+  /// What a complete sample has: statusword, position, torque, and the inputs, if they belong to it.
   std::array<canopen::PdoSlot, 4> measured;
   canopen::PdoSlot inputs;  ///< digital ones; may be in no PDO
   canopen::PdoSlot controlword, target;

@@ -12,7 +12,7 @@ std::vector<CyclicObject> feedbackObjects(const HardwareConfig& hardware, const 
   std::vector<CyclicObject> objects{{0x6041, 0, 16}, {0x6064, 0, 32}};
   if (axis.feedbackTorque() != 0)
     objects.push_back({axis.feedbackTorque(), 0, 16});
-  if (axis.encoder && !axis.hasEncoderNode())
+  if (axis.encoder && axis.encoder->atDrive())
     objects.push_back({0x60E4, static_cast<std::uint8_t>(axis.encoder->drive_input), 32});
   if (readsInputs(hardware, axis))
     objects.push_back({0x60FD, 0, 32});

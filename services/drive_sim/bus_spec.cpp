@@ -145,7 +145,7 @@ DriveSpec driveOf(const hal::AxisConfig& axis) {
     spec.brake = {axis.brake->mask(), axis.brake->closed_level, 0.6 * axis.brake->closing_time};
     spec.motor.load = units.toCountSpeed(axis.translation ? kFall : kRotationFall);
   }
-  if (axis.encoder && !axis.hasEncoderNode()) {
+  if (axis.encoder && axis.encoder->atDrive()) {
     spec.load = loadOf(axis);
     spec.load_input = static_cast<std::uint8_t>(axis.encoder->drive_input);
   }

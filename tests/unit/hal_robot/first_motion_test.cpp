@@ -130,34 +130,36 @@ TEST(FirstMotion, AWrongUnitOfVelocityEndsIt) {
   }
 }
 
-/// Travel of the first motor of arm A in a homing run, m. Ends with the run.
-double travelOfHoming(System& system, const HardwareConfig& right) {
-  EXPECT_FALSE(system.boot());
-  const sim::drives::Motor& motor = system.drive(0, 0).motor();
-  const double before = motor.position();
-  EXPECT_EQ(homeArm(system, 300), ArmHardware::HomingAnswer::kNotDisabled) << system.story();
-  EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
-  EXPECT_GE(system.guardCount(HardwareGuard::kFirstMotion), 1u) << system.story();
-  EXPECT_EQ(system.guardCount(HardwareGuard::kOverspeed), 0u) << "it is slower than the axis may move";
-  const safety::FaultRecord record = system.robot->faultRecord(0);
-  EXPECT_GT(record.amount, record.allowed);
-  return std::abs((motor.position() - before) * AxisUnits(right.axes[0].gearing).scale());
-}
-
-/// The drive takes its homing speed for a larger one; the run ends after `first_motion` and the ramp.
-TEST(FirstMotion, AHomingRunWithAWrongUnitOfVelocityEnds) {
-  HardwareConfig right = homingHardware();
-  for (AxisConfig& axis : right.axes)
-    axis.homing.fast = axis.homing.slow = 0.5e-3;
+/// The arm homes at kHomingSpeed with drives that take it for ten times as much; the run ends after `first_motion` and
+/// the ramp.
+constexpr double kHomingSpeed = 0.5e-3;
+void expectHomingEnds(const HardwareConfig& right) {
   HardwareConfig file = right;
   for (AxisConfig& axis : file.axes)
     axis.units.velocity_scale = 10.0;
   const auto system = systemWith(right, file);
-  const double speed = 10 * 0.5e-3, ramp = speed * speed / right.axes[0].quick_stop_deceleration;
-  EXPECT_LT(travelOfHoming(*system, right), 2 * kFirstTranslation + ramp + 5 * right.period * speed);
+  EXPECT_FALSE(system->boot());
+  const sim::drives::Motor& motor = system->drive(0, 0).motor();
+  const double before = motor.position();
+  EXPECT_EQ(homeArm(*system, 300), ArmHardware::HomingAnswer::kNotDisabled) << system->story();
+  EXPECT_EQ(system->robot->state(0), OperatingState::kFault);
+  EXPECT_GE(system->guardCount(HardwareGuard::kFirstMotion), 1u) << system->story();
+  EXPECT_EQ(system->guardCount(HardwareGuard::kOverspeed), 0u) << "it is slower than the axis may move";
+  const safety::FaultRecord record = system->robot->faultRecord(0);
+  EXPECT_GT(record.amount, record.allowed);
+  const double travel = std::abs((motor.position() - before) * AxisUnits(right.axes[0].gearing).scale());
+  const double speed = 10 * kHomingSpeed, ramp = speed * speed / right.axes[0].quick_stop_deceleration;
+  EXPECT_LT(travel, 2 * kFirstTranslation + ramp + 5 * right.period * speed);
 }
 
-/// Towards a mechanical stop the HAL commands the motion: a drive in profile velocity with another unit.
+TEST(FirstMotion, AHomingRunWithAWrongUnitOfVelocityEnds) {
+  HardwareConfig right = homingHardware();
+  for (AxisConfig& axis : right.axes)
+    axis.homing.fast = axis.homing.slow = kHomingSpeed;
+  expectHomingEnds(right);
+}
+
+/// Towards a mechanical stop the HAL commands the motion: drives in profile velocity.
 TEST(FirstMotion, ARunAgainstAStopWithAWrongUnitOfVelocityEnds) {
   HardwareConfig right = homingHardware();
   for (AxisConfig& axis : right.axes) {
@@ -165,14 +167,9 @@ TEST(FirstMotion, ARunAgainstAStopWithAWrongUnitOfVelocityEnds) {
       continue;
     axis.mode = DriveMode::kProfileVelocity;
     axis.reference = PositionReference::kHardStop;
-    axis.hard_stop = {false, 0.5e-3, 0.3, 0.04};
+    axis.hard_stop = {false, kHomingSpeed, 0.3, 0.04};
   }
-  HardwareConfig file = right;
-  for (AxisConfig& axis : file.axes)
-    axis.units.velocity_scale = 10.0;
-  const auto system = systemWith(right, file);
-  const double speed = 10 * 0.5e-3, ramp = speed * speed / right.axes[0].quick_stop_deceleration;
-  EXPECT_LT(travelOfHoming(*system, right), 2 * kFirstTranslation + ramp + 5 * right.period * speed);
+  expectHomingEnds(right);
 }
 
 /// A drive sets its position to 0 at its reference: that is no travel. A run that is as fast as it should be is right.
