@@ -7,6 +7,7 @@ import type { TeleopStatus } from "../wire/messages";
 import { TeleopState } from "../wire/messages";
 import type { Slot } from "../wire/link";
 import { closestOf } from "./closeness";
+import { known } from "./object";
 import type { View } from "./view";
 
 /** Default factor on the drawn radius of tubes: at true scale they are too thin to see. */
@@ -60,7 +61,7 @@ export class Drawing {
       const first = !arm.hasTip;
       const tip = this.news(slots.measuredCp) ? world.tip(k) : null;
       moved ||= tip !== null;
-      if (tip && (tip.header.stamp.sec !== 0 || tip.header.stamp.nanosec !== 0)) {
+      if (tip && known(tip)) {
         arm.moveTip(tip);
         changed = true;
         if (first && this.view.arms.every((other) => other.hasTip)) this.view.look("home");

@@ -40,7 +40,8 @@ export function objectPose(
   return { position: middle.toArray(), orientation: turn.toArray() };
 }
 
-const known = ({ header }: PoseStamped): boolean => header.stamp.sec !== 0 || header.stamp.nanosec !== 0;
+/** A pose is known once it has a stamp. */
+export const known = ({ header }: PoseStamped): boolean => header.stamp.sec !== 0 || header.stamp.nanosec !== 0;
 
 export class ObjectView {
   readonly mesh: THREE.Mesh;
