@@ -121,7 +121,7 @@ void readReference(const Map& drive, AxisConfig& axis) {
   if (axis.jump_tolerance > 0.0 && axis.needsRun())
     drive.fail("jump_tolerance", "found one with a reference by " +
                                      std::string(hasStop(axis) ? "hard_stop" : "homing") +
-                                     ", expected `reference: absolute_encoder` or `drive`");
+                                     ", expected `reference: absolute_encoder`, `drive` or `measured`");
 }
 
 void checkHomingTogether(const Map& map, const hal::HardwareConfig& hardware) {

@@ -166,7 +166,8 @@ Mapping driveMapping(Kind kind) {
                {{"absolute_encoder", PositionReference::kAbsoluteEncoder},
                 {"drive", PositionReference::kDrive},
                 {"homing", PositionReference::kHoming},
-                {"hard_stop", PositionReference::kHardStop}},
+                {"hard_stop", PositionReference::kHardStop},
+                {"measured", PositionReference::kMeasured}},
                &AxisConfig::reference),
           text("holds_without_power",
                "what keeps the position of these axes without power (self_locking, brake, no); idle power-off needs it "

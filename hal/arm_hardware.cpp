@@ -348,6 +348,8 @@ ArmHardware::HomingAnswer ArmHardware::home(std::int64_t now) noexcept {
     confirmPositions(again, now);
     return homed() ? HomingAnswer::kDone : HomingAnswer::kUnconfirmed;
   }
+  if (!homing_.needed() && !all([](const Axis& axis) { return !axis.unmeasured(); }))
+    return HomingAnswer::kUnmeasured;
   if (presentFaults() != 0 || !homing_.needed() || !all([](const Axis& axis) { return axis.up(); }))
     return HomingAnswer::kNotReady;
   homing_.start(now);

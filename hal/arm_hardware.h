@@ -49,8 +49,13 @@ class ArmHardware {
   /** Starts a homing run, or continues it; the run stops unless the call is repeated within kHomingKeepAlive. If axes
    * are Axis::unconfirmed(), kUnconfirmed; a call that is repeated in this way for kConfirmTime confirms their
    * positions. */
-  enum class HomingAnswer : std::uint8_t { kDone, kRunning, kNotDisabled, kNotReady, kUnconfirmed };
+  enum class HomingAnswer : std::uint8_t { kDone, kRunning, kNotDisabled, kNotReady, kUnconfirmed, kUnmeasured };
   HomingAnswer home(std::int64_t now) noexcept;
+  /// Axis::takeMeasurement(), for an arm that is DISABLED and without power.
+  MeasurementAnswer takeMeasurement(int joint, double position) noexcept {
+    const bool off = supervisor_.state() == safety::OperatingState::kDisabled && power_ == ArmPower::kOff && !homing();
+    return off ? axes_[static_cast<std::size_t>(joint)]->takeMeasurement(position) : MeasurementAnswer::kNotDisabled;
+  }
   static constexpr double kHomingKeepAlive = 1.0;  ///< s
   static constexpr double kConfirmTime = 3.0;      ///< s
 

@@ -138,6 +138,18 @@ void Axis::rereference(double place, double position) noexcept {
   setLimits();
 }
 
+MeasurementAnswer Axis::takeMeasurement(double position) noexcept {
+  if (config_.reference != PositionReference::kMeasured)
+    return MeasurementAnswer::kOtherReference;
+  if (guards_ != 0 || !up() || !atStandstill())
+    return MeasurementAnswer::kNotReady;
+  const double range = config_.upper - config_.lower;
+  if (!(position >= config_.lower - range && position <= config_.upper + range))
+    return MeasurementAnswer::kOutside;
+  rereference(drive_.position, position);
+  return MeasurementAnswer::kTaken;
+}
+
 void Axis::countFromHere() noexcept {
   provisional_ = true;
   zero_ = -drive_.position;
@@ -185,6 +197,9 @@ void Axis::reference() noexcept {
     case PositionReference::kHoming:
     case PositionReference::kHardStop:
       phase_ = AxisPhase::kUnhomed;
+      return;
+    case PositionReference::kMeasured:
+      phase_ = AxisPhase::kUnmeasured;
       return;
   }
 }

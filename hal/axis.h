@@ -26,6 +26,15 @@ namespace tandem::hal {
 using idl::AxisPhase;
 using idl::name;
 
+/** What becomes of the position of a joint that was measured from outside. */
+enum class MeasurementAnswer : std::uint8_t {
+  kTaken,           ///< the axis is ready once its drive has its software limits
+  kNotDisabled,     ///< the arm has power, or is not DISABLED
+  kNotReady,        ///< the devices are not up, a guard is active, or the joint moves
+  kOtherReference,  ///< the reference of the axis is not PositionReference::kMeasured
+  kOutside,         ///< farther outside the limits than they are apart
+};
+
 /** Drive and encoder of one joint. Nothing after construction allocates, locks or throws. Times are ns on the caller's
  * clock. */
 class Axis {
@@ -76,15 +85,20 @@ class Axis {
 
   bool referenced() const noexcept { return phase_ == AxisPhase::kReady; }
   /// The devices run, and the HAL has done what it can for the reference.
-  bool up() const noexcept { return phase_ == AxisPhase::kReady || phase_ == AxisPhase::kUnhomed || unconfirmed(); }
+  bool up() const noexcept {
+    return phase_ == AxisPhase::kReady || phase_ == AxisPhase::kUnhomed || unconfirmed() || unmeasured();
+  }
   /// The axis has a position, which is not plausible: somebody has to confirm it.
   bool unconfirmed() const noexcept { return phase_ == AxisPhase::kUnconfirmed; }
+  /// Somebody has to measure the position of the joint.
+  bool unmeasured() const noexcept { return phase_ == AxisPhase::kUnmeasured; }
   /// Referenced; drive and encoder respond and agree.
   bool valid() const noexcept;
   double position() const noexcept { return position_; }           ///< from the drive, m or rad; 0 before the reference
   double velocity() const noexcept { return motion_.velocity(); }  ///< measured, m/s or rad/s
   double target() const noexcept { return target_; }               ///< m or rad
   double torque() const noexcept { return drive_.torque; }         ///< or current, share of the rated one
+  LimitSwitch limitSwitch() const noexcept { return switches_.active(); }  ///< at the last sample
   double encoderPosition() const noexcept { return encoder_sample_.position; }
   double followingError() const noexcept { return following_.error(); }  ///< m or rad
   /// Share of the last 100 samples that were received, 0 to 1: the lower one of drive and encoder.
@@ -108,6 +122,9 @@ class Axis {
   /// Assigns this position of the joint to a position from the drive's own zero, and writes the software limits again.
   /// Only without torque.
   void rereference(double place, double position) noexcept;
+  /// The joint stands at this position, m or rad, as measured from outside; only without torque. A later measurement
+  /// replaces it.
+  MeasurementAnswer takeMeasurement(double position) noexcept;
   /// Position from the drive's own zero at this position of the joint, m or rad.
   double placeOf(double position) const noexcept { return position - zero_; }
   /// A homing run begins: until endRun(), its travel is watched (RunMotion). @param slowest,fastest  its velocities,

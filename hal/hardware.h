@@ -42,6 +42,7 @@ enum class PositionReference : std::uint8_t {
   kDrive,                ///< the drive keeps an absolute position
   kHoming,               ///< a homing run of the drive, requested after each start
   kHardStop,             ///< a run of the HAL against a mechanical stop, requested after each start
+  kMeasured,  ///< a measurement from outside (gauge, tracker), sent after each start: Axis::takeMeasurement()
 };
 
 /** How the HAL and a drive notice each other's end. */

@@ -151,6 +151,11 @@ std::uint64_t conversionRevision(const AxisConfig& axis) {
   if (axis.encoder) {
     add(hash, axis.encoder->gearing);
     hash.number(axis.encoder->identity.serial);
+    // Only where they are set: what was stored without them stays valid.
+    if (axis.encoder->atDrive())
+      hash.number(axis.encoder->drive_input);
+    if (axis.encoder->range != 0.0)
+      hash.number(axis.encoder->range);
   }
   return hash.value();
 }

@@ -184,6 +184,9 @@ void RobotHardware::reportReference(std::size_t i) noexcept {
     reported.memory = axis.memory();
     reported.position = axis.position();
     events_.push(reported);
+  } else if (axis.unmeasured()) {
+    reported.kind = HardwareEvent::Kind::kUnmeasured;
+    events_.push(reported);
   } else if (axis.missingProtections() != 0) {
     reported.kind = HardwareEvent::Kind::kNode;
     reported.lost = axis.missingProtections();

@@ -32,6 +32,7 @@ struct HardwareEvent {
     kMaster,       ///< another master sends `master` on `bus`
     kReleased,     ///< the emergency stop is no longer pressed
     kUnconfirmed,  ///< the position of that axis after power on is not plausible: see `memory` and `position`
+    kUnmeasured,   ///< the position of that axis has to be measured
   };
   Kind kind = Kind::kGuard;
   std::uint8_t arm = 0;
@@ -81,6 +82,11 @@ class RobotHardware {
 
   /// Homing of one arm; repeat the call within ArmHardware::kHomingKeepAlive until it is done.
   ArmHardware::HomingAnswer home(int arm, std::int64_t now) noexcept { return arms_[index(arm)].home(now); }
+
+  /// The position of a joint, measured from outside, m or rad: see ArmHardware::takeMeasurement().
+  MeasurementAnswer takeMeasurement(int arm, int joint, double position) noexcept {
+    return arms_[index(arm)].takeMeasurement(joint, position);
+  }
 
   /// Before start(): what is known of the last position of an axis, by its index in config().axes, m or rad.
   void restorePosition(std::size_t axis, LastPosition state, double position) noexcept {

@@ -35,8 +35,9 @@ const hal = (phases: Record<number, number>, last: number): HalStatus => {
   } as unknown as HalStatus;
 };
 
-test("only positions that have to be confirmed are shown", () => {
-  const others = Object.values(AxisPhase).filter((phase) => phase !== AxisPhase.unconfirmed);
+test("only positions that have to be confirmed or measured are shown", () => {
+  const shown: number[] = [AxisPhase.unconfirmed, AxisPhase.unmeasured];
+  const others = Object.values(AxisPhase).filter((phase) => !shown.includes(phase));
   expect(others).toHaveLength(5);
   for (const phase of others)
     expect(unconfirmedPositions(hal({ 0: phase }, LastPosition.known), arms, measured)).toEqual([]);
@@ -47,11 +48,13 @@ test("what is expected and what is measured stand together, in the joint's unit"
   expect(unconfirmedPositions(jumped, arms, measured)).toEqual([
     {
       arm: 0,
+      unmeasured: false,
       joint: "beta_1 of arm A",
       text: "beta_1 of arm A: 3.10 mm measured; expected 1.00 mm ± 0.50 mm, as it was last",
     },
     {
       arm: 1,
+      unmeasured: false,
       joint: "alpha_1 of arm LEFT",
       text: "alpha_1 of arm LEFT: 180.00° measured; expected 0.06° ± 0.03°, as it was last",
     },
@@ -64,4 +67,14 @@ test("without a last position the reason stands in its place, and no number", ()
     expect(found?.text).toMatch(/^beta_1 of arm A: – mm measured; nothing to compare it with: .*position/);
     expect(found?.text).not.toContain("expected");
   }
+});
+
+test("what has to be measured says how, in the joint's unit, and shows no number", () => {
+  const both = hal({ 0: AxisPhase.unmeasured, [maxJointsPerArm + 1]: AxisPhase.unmeasured }, LastPosition.known);
+  const found = unconfirmedPositions(both, arms, measured);
+  expect(found.map(({ unmeasured }) => unmeasured)).toEqual([true, true]);
+  expect(found[0]?.text).toMatch(
+    /^beta_1 of arm A: measure the joint, then tandem home --arm \S+ --measured beta_1=MM$/,
+  );
+  expect(found[1]?.text).toMatch(/--measured alpha_1=DEGREES$/);
 });

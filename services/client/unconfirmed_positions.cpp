@@ -25,13 +25,22 @@ nlohmann::ordered_json unconfirmedPositions(const config::Robot& robot,
     const config::Arm& arm = robot.arms[k];
     for (std::size_t j = 0; j < arm.joint_names.size(); ++j) {
       const std::size_t i = dds::jointIndex(static_cast<int>(k), static_cast<int>(j));
-      if (static_cast<idl::AxisPhase>(hal.axis_phase[i]) != idl::AxisPhase::kUnconfirmed)
-        continue;
+      const std::string joint = arm.name + " " + arm.joint_names[j];
+      const auto phase = static_cast<idl::AxisPhase>(hal.axis_phase[i]);
       const bool translation = arm.limits.isTranslation(static_cast<int>(j));
+      if (phase == idl::AxisPhase::kUnmeasured)
+        json.push_back(
+            {{"joint", joint},
+             {"measured", nullptr},
+             {"expected", nullptr},
+             {"tolerance", hal.axis_jump_tolerance[i]},
+             {"text", joint + ": position not measured: measure the joint, then tandem home --arm " + arm.name +
+                          " --measured " + arm.joint_names[j] + (translation ? "=MM" : "=DEGREES")}});
+      if (phase != idl::AxisPhase::kUnconfirmed)
+        continue;
       const auto last = static_cast<hal::LastPosition>(hal.axis_last[i]);
       const bool known = last == hal::LastPosition::kKnown;
       const double expected = hal.axis_last_position[i], tolerance = hal.axis_jump_tolerance[i];
-      const std::string joint = arm.name + " " + arm.joint_names[j];
       nlohmann::ordered_json entry{{"joint", joint}, {"measured", state.position[i]}, {"expected", nullptr}};
       if (known)
         entry["expected"] = expected;

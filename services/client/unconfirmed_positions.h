@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Positions after power on that somebody has to confirm (jump_tolerance), for the command line. */
+/** @file Positions after power on that somebody has to confirm (jump_tolerance) or to measure (`reference: measured`),
+ * for the command line. */
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -11,7 +12,8 @@
 namespace tandem::client {
 
 /// [{"joint": "arm_a beta_1", "measured": 0.0031, "expected": 0.001, "tolerance": 0.0005, "text": "..."}], m or rad;
-/// "expected" is null where nothing is known, and "text" says why. @param state  of the same robot as `hal`
+/// "expected" is null where nothing is known, and "text" says why; "measured" is null where somebody has to measure it.
+/// @param state  of the same robot as `hal`
 nlohmann::ordered_json unconfirmedPositions(const config::Robot& robot,
                                             const dds::HalStatus& hal,
                                             const dds::ActuationState& state);

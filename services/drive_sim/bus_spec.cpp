@@ -149,10 +149,9 @@ DriveSpec driveOf(const hal::AxisConfig& axis) {
     spec.load = loadOf(axis);
     spec.load_input = static_cast<std::uint8_t>(axis.encoder->drive_input);
   }
-  if (axis.needsRun()) {
-    spec.incremental = true;
+  spec.incremental = axis.needsRun() || axis.reference == hal::PositionReference::kMeasured;
+  if (axis.needsRun())
     placeReferences(axis, units, spec);
-  }
   return spec;
 }
 

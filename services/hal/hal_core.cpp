@@ -21,6 +21,7 @@ void writeAxis(const hal::Axis& axis, std::size_t i, dds::HalStatus& status) noe
   status.axis_error[i] = axis.driver().errorCode();
   status.axis_guards[i] = axis.guards();
   status.axis_lost[i] = static_cast<std::uint16_t>(axis.driver().lostProtections());
+  status.axis_limit_switch[i] = static_cast<std::uint8_t>(axis.limitSwitch());
   const hal::PositionMemory& memory = axis.memory();
   status.axis_last[i] = static_cast<std::uint8_t>(memory.state());
   status.axis_last_position[i] = memory.position();
@@ -29,6 +30,11 @@ void writeAxis(const hal::Axis& axis, std::size_t i, dds::HalStatus& status) noe
   status.following_error[i] = axis.followingError();
   const bool both = axis.config().encoder && axis.referenced();
   status.encoder_difference[i] = both ? axis.encoderPosition() - axis.position() : 0.0;
+}
+
+void refuse(HalAnswer& answer, dds::ReplyCode code, const char* who, const char* why, const char* more = "") noexcept {
+  answer.code = code;
+  std::snprintf(answer.reason.data(), answer.reason.size(), "%s%s%s", who, why, more);
 }
 
 }  // namespace
@@ -66,44 +72,70 @@ idl::RefusalReason HalCore::againstHoming(const ParsedHalRequest& request, int a
   return may_home_[static_cast<std::size_t>(arm)] != 0 ? kNone : kNotDisabled;
 }
 
+void HalCore::home(int arm, std::int64_t now, HalAnswer& answer) noexcept {
+  const char* name = drives_.config().arms[static_cast<std::size_t>(arm)].name.c_str();
+  switch (drives_.home(arm, now)) {
+    case hal::ArmHardware::HomingAnswer::kDone:
+      return;
+    case hal::ArmHardware::HomingAnswer::kRunning:
+      answer.value = 0;
+      return;
+    case hal::ArmHardware::HomingAnswer::kNotDisabled:
+      return refuse(answer, dds::ReplyCode::kWrongState, name, " is not DISABLED; disable it first");
+    case hal::ArmHardware::HomingAnswer::kUnconfirmed:
+      return refuse(answer, dds::ReplyCode::kWrongState, name,
+                    ": a joint may not be where it was last: see tandem status; if it is right, tandem home --confirm");
+    case hal::ArmHardware::HomingAnswer::kUnmeasured:
+      return refuse(answer, dds::ReplyCode::kWrongState, name,
+                    ": measure the joints named by tandem status, then tandem home --measured JOINT=POSITION");
+    case hal::ArmHardware::HomingAnswer::kNotReady:
+      return refuse(answer, dds::ReplyCode::kWrongState, name,
+                    ": a node is not operational, or a guard is active; see `tandem can monitor`");
+  }
+}
+
+void HalCore::takeMeasurement(int arm, const ParsedHalRequest& request, HalAnswer& answer) noexcept {
+  if (request.joint >= drives_.jointCount(arm))
+    return refuse(answer, dds::ReplyCode::kMalformed, "", "joint: expected a joint of the arm");
+  const char* name = drives_.arm(arm).axis(request.joint).config().name.c_str();
+  switch (drives_.takeMeasurement(arm, request.joint, request.position)) {
+    case hal::MeasurementAnswer::kTaken:
+      return;
+    case hal::MeasurementAnswer::kNotDisabled:
+      return refuse(answer, dds::ReplyCode::kWrongState, name, ": the arm has power or moves; disable it first");
+    case hal::MeasurementAnswer::kNotReady:
+      return refuse(answer, dds::ReplyCode::kWrongState, name,
+                    ": its node is not operational, a guard is active, or the joint moves; see `tandem can monitor`");
+    case hal::MeasurementAnswer::kOtherReference:
+      return refuse(answer, dds::ReplyCode::kMalformed, name,
+                    ": the hardware file names another `reference`, expected `measured`");
+    case hal::MeasurementAnswer::kOutside:
+      return refuse(answer, dds::ReplyCode::kOutsideLimits, name,
+                    ": the position is farther outside the limits than they are apart; check its unit");
+  }
+}
+
 HalAnswer HalCore::onRequest(const ParsedHalRequest& request, std::int64_t now) noexcept {
   HalAnswer answer;
   answer.client = request.client;
   answer.request = request.request;
-  const auto refuse = [&](dds::ReplyCode code, const char* who, const char* why) {
-    answer.code = code;
-    std::snprintf(answer.reason.data(), answer.reason.size(), "%s%s", who, why);
+  const bool measured = request.kind == static_cast<std::uint8_t>(dds::HalKind::kMeasured);
+  if (!measured && request.kind != static_cast<std::uint8_t>(dds::HalKind::kHome))
+    refuse(answer, dds::ReplyCode::kUnknown, "", "unknown kind of request, expected 1 (home) or 2 (measured)");
+  else if (request.arm >= drives_.armCount() && (measured || request.arm != dds::kAllArms))
+    refuse(answer, dds::ReplyCode::kMalformed, "",
+           measured ? "arm: expected an arm of the robot" : "arm: expected an arm of the robot, or 255 for all");
+  if (answer.code != dds::ReplyCode::kOk)
     return answer;
-  };
-  if (request.kind != static_cast<std::uint8_t>(dds::HalKind::kHome))
-    return refuse(dds::ReplyCode::kUnknown, "", "unknown kind of request, expected 1 (home)");
-  if (request.arm != dds::kAllArms && request.arm >= drives_.armCount())
-    return refuse(dds::ReplyCode::kMalformed, "", "arm: expected an arm of the robot, or 255 for all");
   const int first = request.arm == dds::kAllArms ? 0 : request.arm;
   const int last = request.arm == dds::kAllArms ? drives_.armCount() - 1 : request.arm;
   answer.value = 1;
-  for (int a = first; a <= last; ++a) {
-    const char* name = drives_.config().arms[static_cast<std::size_t>(a)].name.c_str();
+  for (int a = first; a <= last && answer.code == dds::ReplyCode::kOk; ++a) {
     if (const operation::Refusal refusal{againstHoming(request, a, now), idl::Action::kHomeDrives}) {
-      std::snprintf(answer.reason.data(), answer.reason.size(), "%s: %s", name, idl::name(refusal.reason).data());
-      answer.code = refusal.code();
-      return answer;
-    }
-    switch (drives_.home(a, now)) {
-      case hal::ArmHardware::HomingAnswer::kDone:
-        break;
-      case hal::ArmHardware::HomingAnswer::kRunning:
-        answer.value = 0;
-        break;
-      case hal::ArmHardware::HomingAnswer::kNotDisabled:
-        return refuse(dds::ReplyCode::kWrongState, name, " is not DISABLED; disable it first");
-      case hal::ArmHardware::HomingAnswer::kUnconfirmed:
-        return refuse(
-            dds::ReplyCode::kWrongState, name,
-            ": a joint may not be where it was last: see tandem status; if it is right, tandem home --confirm");
-      case hal::ArmHardware::HomingAnswer::kNotReady:
-        return refuse(dds::ReplyCode::kWrongState, name,
-                      ": a node is not operational, or a guard is active; see `tandem can monitor`");
+      const char* name = drives_.config().arms[static_cast<std::size_t>(a)].name.c_str();
+      refuse(answer, refusal.code(), name, ": ", idl::name(refusal.reason).data());
+    } else {
+      measured ? takeMeasurement(a, request, answer) : home(a, now, answer);
     }
   }
   return answer;

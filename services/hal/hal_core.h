@@ -19,6 +19,8 @@ struct ParsedHalRequest {
   std::uint64_t request = 0;
   std::uint8_t kind = 0;
   std::uint8_t arm = dds::kAllArms;
+  std::uint8_t joint = 0;  ///< measured: of the arm
+  double position = 0.0;   ///< measured: m or rad
 };
 
 /** Reply to a ParsedHalRequest, as a plain struct. */
@@ -47,7 +49,8 @@ class HalCore : public runtime::DriveCore<hal::RobotHardware> {
   /// @param arrivals  commands received so far, this one included; 0: not counted
   void onCommand(const dds::ActuationCommand& command, std::int64_t now, std::uint64_t arrivals = 0) noexcept;
   void onEmergencyStop(bool pressed, std::int64_t now) noexcept { drives_.onEmergencyStop(pressed, now); }
-  /// Homing runs: only for the lease owner and for arms that control permits to home, both as in the last command.
+  /// Homing runs and measured positions: only for the lease owner and for arms that control permits to home, both as in
+  /// the last command.
   HalAnswer onRequest(const ParsedHalRequest& request, std::int64_t now) noexcept;
   /// One period of the bus.
   void step(std::int64_t now) noexcept { drives_.step(now); }
@@ -66,6 +69,8 @@ class HalCore : public runtime::DriveCore<hal::RobotHardware> {
 
  private:
   idl::RefusalReason againstHoming(const ParsedHalRequest& request, int arm, std::int64_t now) const noexcept;
+  void home(int arm, std::int64_t now, HalAnswer& answer) noexcept;
+  void takeMeasurement(int arm, const ParsedHalRequest& request, HalAnswer& answer) noexcept;
 
   std::uint64_t commander_ = 0;  ///< of the last accepted command
   dds::PerArm<std::uint8_t> may_home_{};

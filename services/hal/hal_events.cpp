@@ -86,6 +86,8 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
              axis.driver().remarks();
     case Kind::kUnconfirmed:
       return describeJump(axis.config(), event);
+    case Kind::kUnmeasured:
+      return axis.config().name + ": measure the position of this joint, then tandem home --measured";
     case Kind::kBus:
     case Kind::kMaster:
     case Kind::kReleased:

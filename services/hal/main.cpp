@@ -54,7 +54,7 @@ class Service {
     shell_.refuseMismatches([this](const dds::Reply& reply) { replies_.write(reply); });
     const auto requests = shell_.bus().reader(dds::kHalRequest, [this](const dds::HalRequest& m) {
       const std::lock_guard lock(request_mutex_);  // DDS threads; the periodic one takes no lock
-      requests_.push({m.client, m.request, m.kind, m.arm});
+      requests_.push({m.client, m.request, m.kind, m.arm, m.joint, m.position});
     });
     const std::string what =
         fmt::format("hardware {}, {} axes on {} buses", hardware_.name, hardware_.axes.size(), hardware_.buses.size());

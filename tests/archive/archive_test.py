@@ -30,10 +30,11 @@ REPLACED = {("deployment.teleoperation.crtk.stamps", "default"), ("cooperative.c
 RENAMED = {"placements": "joint_resets", "lease_holder": "lease_owner"}
 # What has joined messages since, by type.
 ADDED = {"ActuationState": "fingerprint, recovery, lost, homed, holds", "ActuationCommand": "fingerprint, without, commander, may_home",
-         "PlanningReference": "fingerprint", "PlanningRequest": "fingerprint", "SimRequest": "fingerprint", "HalRequest": "fingerprint",
+         "PlanningReference": "fingerprint", "PlanningRequest": "fingerprint", "SimRequest": "fingerprint",
+         "HalRequest": "fingerprint, joint, position",
          "ControlStatus": "fingerprint, recovery, idle, idle_left, paused_by, state_success, reference_success",
          "ControlRequest": "fingerprint, control_session, answers_control",
-         "HalStatus": "fingerprint, snap_energy, snap_distance, emergency_stop, command_success, axis_lost, axis_last, "
+         "HalStatus": "fingerprint, snap_energy, snap_distance, emergency_stop, command_success, axis_lost, axis_limit_switch, axis_last, "
                       "axis_last_position, axis_jump_tolerance, hardware_count[16..23], "
                       "hardware_arm[16..23], "
                       "hardware_joint[16..23], bus_success"}

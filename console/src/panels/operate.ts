@@ -114,7 +114,7 @@ export class Operate implements Panel {
     element.id = "confirm-positions";
     let asked: Unconfirmed[] = [];
     const ask = async (): Promise<void> => {
-      const positions = this.unconfirmed();
+      const positions = this.unconfirmed().filter(({ unmeasured }) => !unmeasured);
       if (hold.heldFor < kRepeat) asked = positions;
       // Who holds the button has not seen a position that joins later.
       if (positions.some(({ joint }) => asked.every((one) => one.joint !== joint))) return hold.end();
@@ -163,13 +163,20 @@ export class Operate implements Panel {
     if (this.idle.hidden && idling !== "" && this.c.replayed === "") this.c.messages.add("bad", idling);
     setShown(this.idle, idling !== "");
     setText(this.idle, idling);
-    const unconfirmed = this.unconfirmed();
-    setShown(this.positions, unconfirmed.length > 0);
-    setText(
-      this.positions,
-      `✕ Position not confirmed: ${unconfirmed.map(({ text }) => text).join("; ")}. Compare it with the joint, then hold Confirm.`,
-    );
-    setShown(this.confirm, unconfirmed.length > 0);
+    const positions = this.unconfirmed();
+    const textsOf = (unmeasured: boolean): string =>
+      positions
+        .filter((one) => one.unmeasured === unmeasured)
+        .map(({ text }) => text)
+        .join("; ");
+    const [unmeasured, unconfirmed] = [textsOf(true), textsOf(false)];
+    const notices = [
+      unconfirmed && `✕ Position not confirmed: ${unconfirmed}. Compare it with the joint, then hold Confirm.`,
+      unmeasured && `✕ Position not measured: ${unmeasured}.`,
+    ].filter((notice) => notice !== "");
+    setShown(this.positions, notices.length > 0);
+    setText(this.positions, notices.join("\n"));
+    setShown(this.confirm, unconfirmed !== "");
     this.updateButtons(now);
   }
 

@@ -43,6 +43,7 @@ Json axisJson(const client::Snapshot& s, const config::Arm& arm, std::size_t k, 
             {"following_error", s.hal.following_error[i]},
             {"encoder_difference", s.hal.encoder_difference[i]}};
   json["temperature"] = std::isfinite(s.hal.axis_temperature[i]) ? Json(s.hal.axis_temperature[i]) : Json();
+  json["limit_switch"] = name(static_cast<hal::LimitSwitch>(s.hal.axis_limit_switch[i]));
   json["guards"] = hal::describeGuards(s.hal.axis_guards[i]);
   json["last_error"] = hal::describeErrorCode(s.hal.axis_error[i]);
   return json;
@@ -90,19 +91,19 @@ std::string monitorText(const Json& json) {
             arm["power"].get<std::string>() + (arm["homed"].get<bool>() ? "" : ", NOT HOMED") +
             ", faults: " + arm["faults"].get<std::string>() + "\n";
   }
-  text += line("%-8s %-8s %-22s %13s %10s %10s %6s  %s\n", "arm", "joint", "state", "position", "follow", "encoder",
-               "deg C", "guards; last error");
+  text += line("%-8s %-8s %-22s %13s %10s %10s %6s %-6s  %s\n", "arm", "joint", "state", "position", "follow",
+               "encoder", "deg C", "switch", "guards; last error");
   for (const Json& axis : json["axes"]) {
     const bool translation = axis["joint"].get<std::string>()[0] == 'b';
     const double scale = translation ? 1e3 : 180.0 / std::numbers::pi;
     const std::string temperature =
         axis["temperature"].is_null() ? "" : line("%.0f", axis["temperature"].get<double>());
-    text += line("%-8s %-8s %-22s %9.4f %-3s %10.4f %10.4f %6s  %s; %s\n", axis["arm"].get<std::string>().c_str(),
+    text += line("%-8s %-8s %-22s %9.4f %-3s %10.4f %10.4f %6s %-6s  %s; %s\n", axis["arm"].get<std::string>().c_str(),
                  axis["joint"].get<std::string>().c_str(), axis["state"].get<std::string>().c_str(),
                  scale * axis["position"].get<double>(), translation ? "mm" : "deg",
                  scale * axis["following_error"].get<double>(), scale * axis["encoder_difference"].get<double>(),
-                 temperature.c_str(), axis["guards"].get<std::string>().c_str(),
-                 axis["last_error"].get<std::string>().c_str());
+                 temperature.c_str(), axis["limit_switch"].get<std::string>().c_str(),
+                 axis["guards"].get<std::string>().c_str(), axis["last_error"].get<std::string>().c_str());
   }
   int number = 0;
   for (const Json& bus : json["buses"]) {

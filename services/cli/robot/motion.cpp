@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem home and tandem jog: homing runs, and motion of single joints. */
+/** @file tandem home and tandem jog: homing runs and measured positions, and motion of single joints. */
 #include <fmt/format.h>
 
+#include <charconv>
 #include <chrono>
 #include <cmath>
 #include <iostream>
@@ -24,7 +25,61 @@ struct MotionCommand {
   std::string deployment = runtime::defaultDeployment(), arm, joint;
   double speed = 0.0, seconds = 1.0, timeout = 180.0;
   bool confirm = false;
+  std::vector<std::string> measured;  ///< JOINT=POSITION
 };
+
+/// "beta_1=12.5" as joint and position, mm or degrees. @throw Failure
+std::pair<std::string, double> readMeasurement(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  double value = 0.0;
+  const char* const end = text.data() + text.size();
+  const char* const begin = equals == std::string::npos ? end : text.data() + equals + 1;
+  const auto [rest, error] = std::from_chars(begin, end, value);
+  if (error != std::errc{} || rest != end || !std::isfinite(value))
+    throw Failure(kUsage, "--measured: found '" + text + "', expected JOINT=POSITION, e.g. beta_1=-12.5 (mm, degrees)");
+  return {text.substr(0, equals), value};
+}
+
+/// The requests of --measured. @throw Failure
+std::vector<dds::HalRequest> measurementsOf(const config::Robot& robot, const MotionCommand& options) {
+  if (options.arm.empty() && robot.arms.size() > 1)
+    throw Failure(kUsage, "--measured: expected --arm, the arm of these joints");
+  dds::HalRequest request;
+  request.kind = static_cast<std::uint8_t>(dds::HalKind::kMeasured);
+  request.arm = options.arm.empty() ? 0 : client::armIndex(robot, options.arm);
+  const config::Arm& arm = robot.arms[request.arm];
+  std::vector<dds::HalRequest> requests;
+  for (const std::string& text : options.measured) {
+    const auto [joint, position] = readMeasurement(text);
+    const int index = client::jointIndex(arm, joint);
+    request.joint = static_cast<std::uint8_t>(index);
+    request.position = position * (arm.limits.isTranslation(index) ? 1e-3 : std::numbers::pi / 180.0);
+    requests.push_back(request);
+  }
+  return requests;
+}
+
+/// Sends measured positions, and waits until their axes have them; nothing moves. @throw Failure
+int sendMeasurements(client::Client& client, const config::Robot& robot, const std::vector<dds::HalRequest>& requests) {
+  for (const dds::HalRequest& one : requests) {
+    client.hal(one);
+    const std::size_t i = dds::jointIndex(static_cast<int>(one.arm), one.joint);
+    const bool taken = client.waitFor(10.0, [&](const client::Snapshot& s) {
+      const auto phase = static_cast<idl::AxisPhase>(s.hal.axis_phase[i]);
+      return phase == idl::AxisPhase::kReady || phase == idl::AxisPhase::kUnconfirmed;
+    });
+    if (!taken)
+      throw Failure(kFailure, robot.arms[one.arm].joint_names[one.joint] +
+                                  ": the drive did not take its software limits within 10 s; see tandem can monitor");
+  }
+  client.releaseLease();
+  const client::Snapshot now = client.snapshot();
+  const nlohmann::ordered_json left = client::unconfirmedPositions(robot, now.hal, now.state);
+  answer(
+      "measured positions taken" + (left.empty() ? "" : "; not ready yet:\n" + client::describeUnconfirmed(left, "  ")),
+      {{"taken", requests.size()}, {"unconfirmed", left}});
+  return kOk;
+}
 
 /// Repeats the request until the HAL takes it as a confirmation. @throw Failure
 void confirmPositions(client::Client& client,
@@ -55,11 +110,15 @@ int homeDrives(const MotionCommand& options) {
   runtime::StopSignal stop;
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   const config::Robot robot = config::loadAnyRobot(deployment);
+  const std::vector<dds::HalRequest> measurements =
+      options.measured.empty() ? std::vector<dds::HalRequest>{} : measurementsOf(robot, options);
   client::Client client(deployment);
   client::takeCommand(client, [&] { return stop.requested(); });
   dds::HalRequest request;
   request.kind = static_cast<std::uint8_t>(dds::HalKind::kHome);
   request.arm = options.arm.empty() ? dds::kAllArms : client::armIndex(robot, options.arm);
+  if (!measurements.empty())
+    return sendMeasurements(client, robot, measurements);
   if (options.confirm)
     confirmPositions(client, robot, request, stop);
   const auto start = std::chrono::steady_clock::now();
@@ -141,6 +200,9 @@ void registerHome(CLI::App& app, int& exit_code) {
   command->add_flag(
       "--confirm", options->confirm,
       "confirm positions after power on that are not those of before (jump_tolerance); it takes 3 s per arm");
+  command->add_option("--measured", options->measured,
+                      "JOINT=POSITION in mm or degrees: where a joint with `reference: measured` stands, as measured "
+                      "from outside; repeatable, with --arm");
   command->footer("The arms must be DISABLED. To move homed arms to the robot file's home: tandem robot home.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return homeDrives(*options); }); });
 }

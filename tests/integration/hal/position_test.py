@@ -7,11 +7,14 @@ import signal
 import sys
 from unittest import mock
 
+import yaml
+
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from hardware import COUNTS_PER_M, HalTest, system  # noqa: E402
 
 TOLERANCE = 0.5e-3  # m
 READY, UNCONFIRMED = "switch on disabled", "position not confirmed"
+UNMEASURED = "position not measured"
 
 
 class Positions(HalTest):
@@ -28,9 +31,7 @@ class Positions(HalTest):
         self.stored = state / "tandem" / "positions"
         key = "reference: absolute_encoder"
         # The linear stages of both arms.
-        self.hardware.write_text(self.hardware.read_text().replace(key, f"{key}\n      jump_tolerance_mm: {1e3 * TOLERANCE}", 1))
-        for bus in "ab":
-            self.drive_sim(bus)
+        self.remembering = self.hardware.read_text().replace(key, f"{key}\n      jump_tolerance_mm: {1e3 * TOLERANCE}", 1)
 
     def kill(self):
         os.kill(self.running.pids["hal"], signal.SIGKILL)
@@ -48,6 +49,9 @@ class Positions(HalTest):
         self.await_states(READY, READY, READY)
 
     def test_a_killed_hal_asks_after_a_jump(self):
+        self.hardware.write_text(self.remembering)
+        for bus in "ab":
+            self.drive_sim(bus)
         self.running = self.start_hal()
         self.await_states(UNCONFIRMED, UNCONFIRMED, UNCONFIRMED)
         self.assert_refused(system.run("home", "-d", self.running.path), "--confirm")
@@ -83,6 +87,38 @@ class Positions(HalTest):
         self.running = self.start_hal()
         self.await_states(UNCONFIRMED, UNCONFIRMED, UNCONFIRMED)
         self.confirm()
+
+    def test_measured_joints_are_known_after_their_measurement(self):
+        hardware = yaml.safe_load(self.hardware.read_text())
+        [group] = hardware["translations"]
+        del group["encoder"]
+        group["axes"] = [{key: value for key, value in axis.items() if not key.startswith("encoder")} for axis in group["axes"]]
+        group["drive"]["reference"] = "measured"
+        self.hardware.write_text(yaml.safe_dump(hardware, sort_keys=False))
+        for bus in "ab":
+            self.drive_sim(bus)
+        self.running = self.start_hal()
+        self.await_states(UNMEASURED, UNMEASURED, UNMEASURED)
+        home = ["home", "-d", self.running.path]
+        self.assert_refused(system.run(*home), "--measured")
+        self.assertIn("--arm arm_a --measured beta_1=MM", self.running.status()["unconfirmed"][0]["text"])
+        for wrong, why in (("beta_1", "JOINT=POSITION"), ("beta_1=1 mm", "JOINT=POSITION"), ("beta_1=nan", "JOINT=POSITION"),
+                           ("gamma_1=3", "gamma_1"), ("beta_1=1e9", "check its unit"), ("alpha_1=3", "another `reference`")):
+            answer = system.run(*home, "--arm", "a", "--measured", wrong)
+            self.assertNotEqual(answer.returncode, 0, wrong)
+            self.assertIn(why, answer.stderr)
+        self.assertIn("expected --arm", system.run(*home, "--measured", "beta_1=1").stderr)
+        self.await_states(UNMEASURED, UNMEASURED, UNMEASURED)
+        for arm, places in (("a", (-150.0, -100.0, -50.0)), ("b", (-130.0, -120.0, -100.0))):
+            one, *others = [f"--measured=beta_{tube}={place}" for tube, place in enumerate(places, 1)]
+            text = self.assert_ok(system.run(*home, "--arm", arm, one)).stdout
+            self.assertIn(f"arm_{arm} beta_2: position not measured", text)
+            self.assert_ok(system.run(*home, "--arm", arm, *others))
+            axes = [axis for axis in self.monitor(self.running)["axes"] if axis["arm"] == f"arm_{arm}"]
+            for axis, place in zip(axes, places):
+                self.assertEqual(axis["state"], READY)
+                self.assertAlmostEqual(1e3 * axis["position"], place, delta=0.01)
+        self.assert_ok(self.running.robot("enable"))
 
 
 if __name__ == "__main__":

@@ -87,7 +87,9 @@ TEST(HardwareReference, AJumpIsOfAnAbsolutePosition) {
   refuseReference(
       "reference: hard_stop\n      jump_tolerance_mm: 0.5\n      hard_stop: {direction: negative, "
       "speed_mm_per_s: 1, torque_per_mille: 250}",
-      "translations[0].drive.jump_tolerance_mm", "expected `reference: absolute_encoder` or `drive`");
+      "translations[0].drive.jump_tolerance_mm", "expected `reference: absolute_encoder`, `drive` or `measured`");
+  EXPECT_EQ(loadReference("reference: measured\n      jump_tolerance_mm: 0.5").axes[0].reference,
+            hal::PositionReference::kMeasured);
 }
 
 /// The preset with an encoder at the drives of the linear stages, and without their encoder nodes. @param keys  of the

@@ -41,20 +41,23 @@ void clear(System& system) {
   ASSERT_TRUE(system.enable()) << system.story();
 }
 
-class LimitSwitch : public testing::TestWithParam<std::tuple<DriveMode, bool, double>> {};
+class SwitchOfAStage : public testing::TestWithParam<std::tuple<DriveMode, bool, double>> {};
 
-TEST_P(LimitSwitch, StopsAJointThatMovesOntoItAndLetsItLeave) {
+TEST_P(SwitchOfAStage, StopsAJointThatMovesOntoItAndLetsItLeave) {
   const auto [mode, reversed, direction] = GetParam();
   const Stages stages(mode, reversed, true);
   System system(stages.config, 0.0, stages.kind);
   ASSERT_TRUE(system.boot() && system.enable()) << system.story();
   const double start = system.truth(0, 0);
+  const auto shown = [&] { return system.robot->arm(0).axis(0).limitSwitch(); };
+  EXPECT_EQ(shown(), LimitSwitch::kNone);
   system.move(0, speeds(direction * kSpeed, 0.0));
   ASSERT_TRUE(system.until(3.0, [&] { return isFault(system); })) << system.story();
   EXPECT_GE(system.guardCount(HardwareGuard::kInternalLimit), 1u) << system.story();
   EXPECT_EQ(system.robot->faultRecord(0).cause, safety::FaultCause::kOutsideLimits);
   EXPECT_EQ(system.robot->state(1), OperatingState::kEnabled);
   system.run(0.5);
+  EXPECT_EQ(shown(), direction < 0.0 ? LimitSwitch::kLower : LimitSwitch::kUpper);
   const double beyond = direction * (system.truth(0, 0) - start) - kFar;
   const double ramp = kSpeed * kSpeed / stages.config.axes[0].quick_stop_deceleration;
   EXPECT_GT(beyond, -0.1e-3);
@@ -74,6 +77,7 @@ TEST_P(LimitSwitch, StopsAJointThatMovesOntoItAndLetsItLeave) {
   system.run(1.5);
   EXPECT_FALSE(isFault(system)) << system.story();
   EXPECT_LT(direction * (system.truth(0, 0) - start), 0.0);
+  EXPECT_EQ(shown(), LimitSwitch::kNone);
 }
 
 std::string nameOf(const testing::TestParamInfo<std::tuple<DriveMode, bool, double>>& instance) {
@@ -83,7 +87,7 @@ std::string nameOf(const testing::TestParamInfo<std::tuple<DriveMode, bool, doub
 }
 
 INSTANTIATE_TEST_SUITE_P(OfEach,
-                         LimitSwitch,
+                         SwitchOfAStage,
                          testing::Combine(testing::Values(DriveMode::kCyclicPosition,
                                                           DriveMode::kCyclicVelocity,
                                                           DriveMode::kProfileVelocity),

@@ -207,6 +207,8 @@ TEST(LastPositions, AreOfTheConversionThatStoredThem) {
       [](AxisConfig& a) { a.encoder->gearing.offset += 1e-6; },
       [](AxisConfig& a) { a.encoder->gearing.reversed = !a.encoder->gearing.reversed; },
       [](AxisConfig& a) { a.encoder->gearing.counts_per_revolution += 1.0; },
+      [](AxisConfig& a) { a.encoder->drive_input = 1; },
+      [](AxisConfig& a) { a.encoder->range = 65536.0; },
       [](AxisConfig& a) { a.encoder.reset(); },
       [](AxisConfig& a) { a.identity.serial += 1; },
       [](AxisConfig& a) { a.reference = PositionReference::kDrive; }};

@@ -51,6 +51,11 @@ class HomingSystem {
     answer = hal_->onRequest({client, 1, static_cast<std::uint8_t>(dds::HalKind::kHome), 0}, now_);
     return answer.code;
   }
+  ReplyCode measured(std::uint64_t client, std::uint8_t arm, std::uint8_t joint, double position) {
+    answer =
+        hal_->onRequest({client, 1, static_cast<std::uint8_t>(dds::HalKind::kMeasured), arm, joint, position}, now_);
+    return answer.code;
+  }
   bool homed() const { return hal_->robot().homed(0); }
   bool homing() const { return hal_->robot().arm(0).homing(); }
   void stopControl() { control_.stop(); }
@@ -150,6 +155,33 @@ TEST(ConfirmPosition, NeedsARequestOfTheCommanderThatIsRepeated) {
   EXPECT_EQ(repeat(kHolder, 1.0), ReplyCode::kOk) << s.answer.reason.data();
   EXPECT_TRUE(s.homed());
   EXPECT_EQ(s.answer.value, 1u) << "nothing to do";
+}
+
+TEST(MeasuredPosition, IsTheCommandersAndNamesAJoint) {
+  hal::HardwareConfig hardware = hal::test::presetHardware();
+  hardware.axes[0].reference = hal::PositionReference::kMeasured;
+  HomingSystem s(hardware);
+  const auto says = [&](const char* text) {
+    return std::string(s.answer.reason.data()).find(text) != std::string::npos;
+  };
+  const double position = 0.5 * (hardware.axes[0].lower + hardware.axes[0].upper);
+  EXPECT_EQ(s.measured(kHolder, 0, 0, position), ReplyCode::kNotLeaseOwner);
+  ASSERT_EQ(s.sendRequest(kHolder, ControlKind::kAcquireLease), ReplyCode::kOk);
+  s.run(0.1, kHolder);
+  EXPECT_EQ(s.measured(kOther, 0, 0, position), ReplyCode::kNotLeaseOwner);
+  EXPECT_EQ(s.home(kHolder), ReplyCode::kWrongState);
+  EXPECT_TRUE(says("tandem home --measured")) << s.answer.reason.data();
+  for (const std::uint8_t arm : {std::uint8_t{2}, dds::kAllArms})
+    EXPECT_EQ(s.measured(kHolder, arm, 0, position), ReplyCode::kMalformed);
+  EXPECT_EQ(s.measured(kHolder, 0, 6, position), ReplyCode::kMalformed);
+  EXPECT_EQ(s.measured(kHolder, 0, 1, position), ReplyCode::kMalformed);
+  EXPECT_TRUE(says("another `reference`")) << s.answer.reason.data();
+  EXPECT_EQ(s.measured(kHolder, 0, 0, 1e3 * position), ReplyCode::kOutsideLimits);
+  EXPECT_TRUE(says("check its unit")) << s.answer.reason.data();
+  EXPECT_FALSE(s.homed());
+  EXPECT_EQ(s.measured(kHolder, 0, 0, position), ReplyCode::kOk) << s.answer.reason.data();
+  s.run(0.5, kHolder);
+  EXPECT_TRUE(s.homed());
 }
 
 }  // namespace
