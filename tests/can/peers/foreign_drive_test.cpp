@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "config/config.h"
 #include "hal/axis.h"
@@ -15,7 +16,7 @@
 namespace tandem::hal {
 namespace {
 
-/** The first axis of the preset, on its own bus, in real time. */
+/** The first axis of the preset, or of the file TANDEM_HARDWARE, on its own bus, in real time. */
 class ForeignDrive : public testing::Test {
  protected:
   ForeignDrive() : hardware_(preset()), can_("vcan0"), bus_(can_, hardware_, 0, budgets()) {
@@ -29,8 +30,9 @@ class ForeignDrive : public testing::Test {
   }
 
   static HardwareConfig preset() {
+    const char* const file = std::getenv("TANDEM_HARDWARE");
     HardwareConfig hardware =
-        config::loadHardware(std::filesystem::path(TANDEM_SOURCE) / "config/presets/hardware/ark2024-two-buses.yaml");
+        config::loadHardware(file != nullptr ? file : TANDEM_SOURCE "/config/presets/hardware/ark2024-two-buses.yaml");
     // A virtual machine with one slow processor, shared with an interpreter: budgets are tested elsewhere.
     hardware.period = 10e-3;
     hardware.feedback_budget = 1.0;

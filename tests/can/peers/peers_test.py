@@ -3,6 +3,7 @@
 
     peers_test.py EXECUTABLES TEST_EXECUTABLES [TEST...]
 """
+import os
 import pathlib
 import re
 import signal
@@ -19,6 +20,8 @@ import dissection  # noqa: E402
 
 BIN, TESTS = (pathlib.Path(sys.argv.pop(1)) for _ in range(2)) if __name__ == "__main__" else (None, None)
 EDS = HERE.parents[2] / "sim" / "drives" / "eds"
+SHEETS = HERE.parents[2] / "tests" / "sheets"
+PRESETS = HERE.parents[2] / "config" / "presets"
 INTERFACE = "vcan0"
 
 
@@ -94,13 +97,28 @@ class Master(PeersTest):
 
 
 class Slave(PeersTest):
-    def test_the_hal_leads_an_independent_drive(self):
-        slave = self.start_ready(["node", HERE / "slave.js", INTERFACE, EDS, "1", "17"], "ready")
-        answer = subprocess.run([TESTS / "test_can_foreign_drive"], capture_output=True, text=True, timeout=200,
-                                check=False)
+    def lead(self, sheet, hardware=PRESETS / "hardware" / "ark2024-two-buses.yaml"):
+        """The HAL boots, enables and moves a drive that npm's canopen makes of this data sheet."""
+        slave = self.start_ready(["node", HERE / "slave.js", INTERFACE, sheet, "1", EDS / "tandem-encoder.eds", "17"], "ready")
+        answer = subprocess.run([TESTS / "test_can_foreign_drive"], capture_output=True, text=True, timeout=200, check=False,
+                                env={**os.environ, "TANDEM_HARDWARE": str(hardware)})
         self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
         self.assertIsNone(slave.poll())
+        slave.kill()
+        slave.wait()  # the next one has the same node id
+
+    def test_the_hal_leads_an_independent_drive(self):
+        self.lead(EDS / "tandem-drive.eds")
         self.assert_dissected("PDO1 (tx)", "PDO1 (rx)", "PDO2 (tx)", "Boot-up", "Operational", "SYNC")
+
+    def test_the_hal_leads_independent_drives_with_data_sheets_of_vendors(self):
+        preset = (PRESETS / "hardware" / "ark2024-two-buses.yaml").read_text().replace("../robots", str(PRESETS / "robots"))
+        preset = preset.replace('      temperature_object: "2001:00"\n', "")
+        for profile in ("epos4", "gold", "mc3"):  # those with cyclic synchronous position
+            hardware = self.folder / f"{profile}.yaml"
+            hardware.write_text(preset.replace("  - drive:\n", f"  - drive:\n      profile: {profile}\n", 1))
+            self.lead(SHEETS / f"{profile}-like.eds", hardware)
+        self.assert_dissected("PDO1 (tx)", "PDO1 (rx)", "Boot-up", "Operational", "SYNC")
 
 
 class CanUtils(PeersTest):

@@ -2,26 +2,24 @@
 // A drive (CiA 402) and its encoder (CiA 406), built with npm's canopen: an implementation that shares only the data sheets with
 // Tandem, and parses them itself.
 //
-//   node slave.js INTERFACE EDS_FOLDER DRIVE_ID ENCODER_ID
+//   node slave.js INTERFACE DRIVE_EDS DRIVE_ID ENCODER_EDS ENCODER_ID
 //
-// This file adds what the package leaves to the application: the boot-up message, $NODEID in data sheets, and the
-// drive itself, which reduces the distance to its target by a third per SYNC.
+// This file adds what the package leaves to the application: the boot-up message, the drive itself, which reduces the distance to its
+// target by a third per SYNC, and, for data sheets written as vendors write them, plain.js.
 "use strict";
 const fs = require("fs");
 const os = require("os");
 const path = require("path");
 const { Device, Eds, NmtState } = require("canopen");
 const { createRawChannel } = require("socketcan");
+const { plain } = require("./plain");
 
-const [name, folder, driveId, encoderId] = process.argv.slice(2);
+const [name, driveFile, driveId, encoderFile, encoderId] = process.argv.slice(2);
 const channel = createRawChannel(name);
 
 function load(file, id) {
-  const text = fs
-    .readFileSync(path.join(folder, file), "utf-8")
-    .replace(/\$NODEID\+(0x[0-9A-Fa-f]+)/g, (_, base) => `0x${(Number(base) + id).toString(16)}`);
-  const copy = path.join(os.tmpdir(), `tandem-peer-${process.pid}-${file}`);
-  fs.writeFileSync(copy, text);
+  const copy = path.join(os.tmpdir(), `tandem-peer-${process.pid}-${path.basename(file)}`);
+  fs.writeFileSync(copy, plain(fs.readFileSync(file, "latin1"), id));
   const eds = Eds.fromFile(copy);
   fs.unlinkSync(copy);
   eds.addSdoServerParameter(0, 0x580 + id, 0x600 + id, { saveDefault: true });
@@ -71,11 +69,11 @@ function follow() {
   show();
 }
 
-const drive = device("tandem-drive.eds", Number(driveId), () => {
+const drive = device(driveFile, Number(driveId), () => {
   power = "disabled";
   show();
 });
-const encoder = device("tandem-encoder.eds", Number(encoderId), () => show());
+const encoder = device(encoderFile, Number(encoderId), () => show());
 drive.sync.on("sync", follow);
 channel.start();
 drive.start();
