@@ -25,7 +25,7 @@ TEST(Overlap, OfParallelArmsIsTheirDiameterLessTheirDistance) {
     const double distance = random.uniform(0.2, 1.8) * diameter;
     robot.arms[1].model = robot.arms[0].model;
     robot.arms[1].model.base.translation() = robot.arms[0].model.base.translation() + Eigen::Vector3d(0, distance, 0);
-    const Eigen::VectorXd straight = (Eigen::VectorXd(6) << -0.38, -0.26, -0.1, 0, 0, 0).finished();
+    const Eigen::VectorXd straight = (Eigen::VectorXd(6) << -0.33, -0.21, -0.1, 0, 0, 0).finished();
     const auto texts = describeOverlaps(robot, RobotModel(robot), {straight, straight});
     if (distance > diameter) {
       EXPECT_TRUE(texts.empty()) << distance;
