@@ -118,6 +118,23 @@ class Judge {
     return solution_.status == control::QpStatus::kSolved;
   }
 
+  /// Least residual of the last task of all velocities inside the limits that do of the tasks before what the solution
+  /// does; NaN: not solved.
+  double leastResidual(const control::StepProblem& problem, const control::Solution& solution) {
+    const int n = problem.joint_count, last = problem.task_count - 1;
+    const control::Task& task = problem.task[static_cast<std::size_t>(last)];
+    auto qp = largestShare(problem, solution.bounds, last - 1, solution.velocity, 1.0, 0.0);
+    qp.lower[n] = qp.upper[n] = 0.0;  // nothing more of the task before
+    qp.H.topLeftCorner(n, n) = task.jacobian.transpose() * task.jacobian;
+    qp.H.diagonal().array() += 1e-9;
+    qp.g.setZero();
+    qp.g.head(n) = -task.jacobian.transpose() * task.velocity;
+    backend_->solve(qp, solution_);
+    if (solution_.status != control::QpStatus::kSolved)
+      return std::nan("");
+    return (task.jacobian * solution_.x.head(n) - task.velocity).norm();
+  }
+
  private:
   static constexpr double kTranslationWeight = 1e4;  ///< 1 / spread_distance^2
   std::unique_ptr<control::QpBackend> backend_ = control::makeQpBackend(control::Backend::kIpopt);
@@ -180,6 +197,43 @@ TEST(Scale, OfHqpIsTheLargestFromStatesAtLimitsInEveryLevel) {
                   levels[k].least);
       EXPECT_GT(levels[k].restricted, 20);
     }
+  }
+}
+
+/// With the test above: lexicographic optimality, level by level, against the interior-point solver.
+TEST(Scale, OfHqpTheLastTaskIsAsNearAsTheLimitsAndTheTasksBeforeAllow) {
+  for (const bool two : {false, true}) {
+    const auto resolver = control::makeResolver(Method::kHqp, {});
+    ArkProblem ark;
+    Judge judge;
+    control::Solution solution;
+    int compared = 0, restricted = 0;
+    double worst = 0.0;
+    for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(300); ++seed) {
+      SCOPED_TRACE(trace(seed));
+      Random random(seed);
+      if (!(two ? twoArms(ark, random) : oneArm(ark, random)))
+        continue;
+      bool regular = true;
+      for (int k = 0; k < ark.problem.task_count; ++k)
+        regular = regular && leastLever(ark.problem, k) > 2.0 * MethodParameters{}.singular_lever;
+      if (!regular)
+        continue;  // there hqp damps
+      resolver->solve(ark.problem, solution);
+      ASSERT_EQ(solution.status, SolveStatus::kSolved);
+      const double least = judge.leastResidual(ark.problem, solution);
+      if (!std::isfinite(least))
+        continue;
+      const control::Task& task = ark.problem.task[static_cast<std::size_t>(ark.problem.task_count - 1)];
+      const double ours = (task.jacobian * solution.velocity - task.velocity).norm();
+      EXPECT_NEAR(ours, least, kTolerance);
+      worst = std::max(worst, ours - least);
+      ++compared;
+      restricted += least > 0.01 * kSpeed ? 1 : 0;
+    }
+    std::printf("  %d arm(s): %d steps, limits restrict %d; largest excess of the residual %.2g\n", two ? 2 : 1,
+                compared, restricted, worst);
+    EXPECT_GT(restricted, 20);
   }
 }
 
