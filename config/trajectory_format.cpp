@@ -80,15 +80,15 @@ void putShape(YAML::Emitter& out, const char* key, const planning::Shape& shape)
 
 void putFurther(YAML::Emitter& out, const planning::FurtherTask& task) {
   const std::string arm = nameOrLetter(task.arm_name, task.arm);
-  out << YAML::BeginMap << YAML::Key << std::string(kinematics::findTaskKind(task.kind)->name) << YAML::Value
-      << YAML::BeginMap;
+  const kinematics::TaskKindEntry& kind = *kinematics::findTaskKind(task.kind);
+  out << YAML::BeginMap << YAML::Key << std::string(kind.name) << YAML::Value << YAML::BeginMap;
   if (task.relative())
     out << YAML::Key << "arms" << YAML::Value << YAML::Flow
         << std::vector{arm, nameOrLetter(task.other_arm_name, task.other_arm)};
   else
     out << YAML::Key << "arm" << YAML::Value << arm;
-  if (task.kind == planning::TaskKind::kLookAt)
-    put(out, "target_m", task.target);
+  if (kind.part == kinematics::TaskPart::kPosition)
+    put(out, kind.point == kinematics::TaskPoint::kShaft ? "point_m" : "target_m", task.target);
   else
     out << YAML::Key << "desired" << YAML::Value << headingName(task.heading);
   if (!task.waypoints.empty()) {
@@ -102,7 +102,7 @@ void putFurther(YAML::Emitter& out, const planning::FurtherTask& task) {
     out << YAML::EndSeq;
   }
   if (std::isfinite(task.tolerance))
-    put(out, "tolerance_rad", task.tolerance);
+    put(out, kind.unit == kinematics::TaskUnit::kRadian ? "tolerance_rad" : "tolerance_m", task.tolerance);
   out << YAML::EndMap << YAML::EndMap;
 }
 
@@ -122,8 +122,10 @@ void putTasks(YAML::Emitter& out, const planning::TrajectorySpec& spec) {
     ++place;
     put_further_here();
   }
-  out << YAML::Flow << YAML::BeginMap << YAML::Key << "tip" << YAML::Value << arm << YAML::EndMap;
-  ++place;
+  if (spec.tip_task) {
+    out << YAML::Flow << YAML::BeginMap << YAML::Key << "tip" << YAML::Value << arm << YAML::EndMap;
+    ++place;
+  }
   put_further_here();
 }
 

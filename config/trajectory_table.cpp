@@ -142,33 +142,61 @@ Field toleranceField() {
       .orUnlimited();
 }
 
-const Mapping kHeadingTable{"heading",
-                            "Desired axis or orientation of one tip.",
-                            {
-                                armField("arm", "whose tip", &Further::arm).required(),
-                                text("desired",
-                                     "start: kept as at the start; tangent: the tip's z axis along the path; "
-                                     "waypoints: by rotations from the start",
-                                     {{"start", planning::Heading::kStart},
-                                      {"tangent", planning::Heading::kTangent},
-                                      {"waypoints", planning::Heading::kWaypoints}},
-                                     &Further::desired),
-                                waypointsField(),
-                                toleranceField(),
-                            }};
+Field distanceToleranceField() {
+  return number("tolerance", kLength,
+                "a point of the path is reached only when the error of this task is below it too; for poses one radian "
+                "counts as 0.05 m",
+                &Further::tolerance)
+      .above(0)
+      .orUnlimited();
+}
 
-const Mapping kRelativeHeadingTable{
-    "relative_heading",
-    "Desired orientation of the first tip in the frame of the second one.",
-    {
-        armField("arms", "the two tips", &Further::arms).list(2, 2).unique().required(),
-        text("desired",
-             "start: kept as at the start; waypoints: by rotations from the start",
-             {{"start", planning::Heading::kStart}, {"waypoints", planning::Heading::kWaypoints}},
-             &Further::desired),
-        waypointsField(),
-        toleranceField(),
-    }};
+/// Table of a kind of one tip.
+Mapping headingTable(const char* name, const char* description, const Field& tolerance) {
+  return {name,
+          description,
+          {
+              armField("arm", "whose tip", &Further::arm).required(),
+              text("desired",
+                   "orientation. start: kept as at the start; tangent: the tip's z axis along the path; waypoints: by "
+                   "rotations from the start",
+                   {{"start", planning::Heading::kStart},
+                    {"tangent", planning::Heading::kTangent},
+                    {"waypoints", planning::Heading::kWaypoints}},
+                   &Further::desired),
+              waypointsField(),
+              tolerance,
+          }};
+}
+
+/// Table of a kind of two tips.
+Mapping relativeHeadingTable(const char* name, const char* description, const Field& tolerance) {
+  return {
+      name,
+      description,
+      {
+          armField("arms", "the two tips", &Further::arms).list(2, 2).unique().required(),
+          text("desired", "orientation. start: kept as at the start; waypoints: by rotations from the start",
+               {{"start", planning::Heading::kStart}, {"waypoints", planning::Heading::kWaypoints}}, &Further::desired),
+          waypointsField(),
+          tolerance,
+      }};
+}
+
+const Mapping kHeadingTable = headingTable("heading", "Desired axis or orientation of one tip.", toleranceField());
+const Mapping kPoseTable = headingTable(
+    "pose",
+    "Desired pose of one tip. The position of the tip that follows the shape is that of the shape; another "
+    "one is kept as at the start.",
+    distanceToleranceField());
+const Mapping kRelativeHeadingTable =
+    relativeHeadingTable("relative_heading",
+                         "Desired orientation of the first tip in the frame of the second one.",
+                         toleranceField());
+const Mapping kRelativePoseTable = relativeHeadingTable(
+    "relative_pose",
+    "Desired pose of the first tip in the frame of the second one. The position is kept as at the start.",
+    distanceToleranceField());
 
 const Mapping kLookAtTable{
     "look_at",
@@ -177,6 +205,15 @@ const Mapping kLookAtTable{
         armField("arm", "whose tip", &Further::arm).required(),
         number("target", kLength, "[x, y, z] in the robot base frame", &Further::target).required().vector3(),
         toleranceField(),
+    }};
+
+const Mapping kRemoteCentreTable{
+    "remote_centre",
+    "An arm whose shaft passes a point.",
+    {
+        armField("arm", "whose shaft", &Further::arm).required(),
+        number("point", kLength, "[x, y, z] in the robot base frame", &Further::target).required().vector3(),
+        distanceToleranceField(),
     }};
 
 const Mapping kTaskTable{
@@ -202,6 +239,18 @@ const Mapping kTaskTable{
                 kLookAtTable,
                 "the z axis of a tip points at a target: two degrees of freedom",
                 &TrajectoryTask::look_at),
+        mapping("remote_centre",
+                kRemoteCentreTable,
+                "the shaft of an arm passes a point: two degrees of freedom",
+                &TrajectoryTask::remote_centre),
+        mapping("pose",
+                kPoseTable,
+                "position and orientation of a tip as one task: six degrees of freedom; takes the place of `tip`",
+                &TrajectoryTask::pose),
+        mapping("relative_pose",
+                kRelativePoseTable,
+                "position and orientation of one tip relative to another as one task: six degrees of freedom",
+                &TrajectoryTask::relative_pose),
     },
     true};
 
@@ -213,7 +262,7 @@ std::vector<Field> trajectoryFields() {
       text("name", "name of the trajectory", &Spec::name).required(),
       mapping("tasks", kTaskTable,
               "what is tracked, highest priority first: `- tip: a`, before it where wanted `- relative: [a, b]`, and "
-              "axes and orientations at any place")
+              "further tasks at any place")
           .list(1, planning::kMaxTasks)
           .defaultNote("the relative position of arm and other_arm, then the tip of arm"),
       armField("arm", "short form of tasks: the arm whose tip follows the shape", &Spec::arm_name).defaultsTo("a"),

@@ -12,7 +12,10 @@ constexpr std::pair<const char*, std::optional<TrajectoryFurther> TrajectoryTask
     {"axis", &TrajectoryTask::axis},
     {"orientation", &TrajectoryTask::orientation},
     {"relative_orientation", &TrajectoryTask::relative_orientation},
-    {"look_at", &TrajectoryTask::look_at}};
+    {"look_at", &TrajectoryTask::look_at},
+    {"remote_centre", &TrajectoryTask::remote_centre},
+    {"pose", &TrajectoryTask::pose},
+    {"relative_pose", &TrajectoryTask::relative_pose}};
 
 void checkWaypoints(const Map& map, const TrajectoryFurther& from) {
   const bool given = !from.waypoints.empty(), wanted = from.desired == planning::Heading::kWaypoints;
@@ -28,11 +31,11 @@ void checkWaypoints(const Map& map, const TrajectoryFurther& from) {
 }
 
 planning::FurtherTask furtherOf(const Map& map, const char* name, const TrajectoryFurther& from) {
-  const Map own = map.map(name);
-  if (own.table().name != "look_at")
-    checkWaypoints(own, from);
+  const kinematics::TaskKindEntry& kind = *kinematics::findTaskKind(name);
+  if (kind.hasOrientation())
+    checkWaypoints(map.map(name), from);
   planning::FurtherTask task;
-  task.kind = kinematics::findTaskKind(name)->kind;
+  task.kind = kind.kind;
   task.heading = from.desired;
   task.waypoints = from.waypoints;
   task.target = from.target;
@@ -70,16 +73,20 @@ void readTasks(const Map& map, planning::TrajectorySpec& spec) {
   }
   const std::vector<Map> tasks = map.maps("tasks");
   const int tip = placeOf(map, tasks, "tip"), relative = placeOf(map, tasks, "relative");
-  if (tip < 0 || relative > tip)
+  const auto pose = std::ranges::find_if(tasks, [](const Map& task) { return task.has("pose"); });
+  spec.tip_task = tip >= 0;
+  if ((!spec.tip_task && pose == tasks.end()) || (spec.tip_task && relative > tip))
     map.fail("tasks",
-             "found other tasks, expected one `tip`, at most one `relative` before it, and further tasks, by priority");
-  spec.arm_name = tasks[static_cast<std::size_t>(tip)].read<TrajectoryTask>().tip;
+             "found other tasks, expected one `tip` or a `pose`, at most one `relative` before the tip, and further "
+             "tasks, by priority");
+  spec.arm_name = spec.tip_task ? tasks[static_cast<std::size_t>(tip)].read<TrajectoryTask>().tip
+                                : pose->read<TrajectoryTask>().pose->arm;
   spec.other_arm_name.clear();
   if (relative >= 0) {
     const Map& own = tasks[static_cast<std::size_t>(relative)];
     const auto arms = own.read<TrajectoryTask>().relative;
     if (arms[0] != spec.arm_name)
-      own.fail("relative", "found another arm first than that of `tip`, expected the same", 0);
+      own.fail("relative", "found another arm first than the one that follows the shape, expected the same", 0);
     spec.other_arm_name = arms[1];
   } else if (map.has("relative")) {
     map.fail("relative", "found without a task `relative: [a, b]`, expected such a task, or no such key");

@@ -19,10 +19,7 @@ class Controller {
   planning::TrajectoryPoint see(const SimulatedRobot& plant, const planning::TrajectorySpec& spec) {
     if (!tracker_.computeTips(plant.position(), track_))
       refuse();
-    return planning::pointAt(spec, [&](int k) {
-      const Eigen::Isometry3d& pose = track_.tip[static_cast<std::size_t>(k)].pose;
-      return planning::measuredPose(pose, sensor() ? &plant.measuredTips() : nullptr, k);
-    });
+    return planning::pointAt(spec, tracker_.tips(), sensor() ? &plant.measuredTips() : nullptr);
   }
 
   /// @return whether the arms shall move.

@@ -73,14 +73,15 @@ std::string formatSnaps(std::span<const RunSummary> runs) {
 }
 
 std::string formatFurther(std::span<const RunSummary> runs, const config::Robot& robot) {
-  constexpr double kDegrees = 180.0 / M_PI;
   const std::vector<std::string> arms = config::shortArmNames(robot);
   std::string text;
   for (const RunSummary& run : runs) {
-    for (const FurtherErrors& further : run.further)
-      text += format("%s: %s: mean %.3f, RMS %.3f, maximum %.3f deg\n", run.key.name().c_str(),
-                     describe(further.task, arms).c_str(), kDegrees * further.errors.mean,
-                     kDegrees * further.errors.rms, kDegrees * further.errors.max);
+    for (const auto& [task, errors] : run.further) {
+      const ReportUnit unit = reportUnit(task.kind);
+      text +=
+          format("%s: %s: mean %.3f, RMS %.3f, maximum %.3f %s\n", run.key.name().c_str(), describe(task, arms).c_str(),
+                 unit.per_si * errors.mean, unit.per_si * errors.rms, unit.per_si * errors.max, unit.name);
+    }
   }
   return text;
 }

@@ -63,13 +63,12 @@ std::string withoutMark(const std::string& line) { return line.starts_with("\xEF
 /// The tip that follows the shape.
 const planning::TaskReference& tipTask(const Row& row) {
   static const planning::TaskReference none;
-  const planning::TaskReference* task = taskOf(row.data.reference, planning::TaskKind::kTipPosition);
+  const planning::TaskReference* task = shapeTask(row.data.reference);
   return task == nullptr ? none : *task;
 }
 
-/// Scale of the task of a kind; 1 without one.
-double scaleOf(const Row& row, planning::TaskKind kind) {
-  const planning::TaskReference* task = taskOf(row.data.reference, kind);
+/// Scale of a task of the row's reference; 1 without one.
+double scaleOf(const Row& row, const planning::TaskReference* task) {
   return task == nullptr ? 1.0 : row.data.scale[static_cast<std::size_t>(task - row.data.reference.tasks.data())];
 }
 
@@ -172,8 +171,8 @@ void writeRun(std::ostream& out, const RunRecord& record, const config::Robot& r
     for (double x : tipTask(row).position)
       out << ',' << number(x);
     out << ',' << number(row.error_ab) << ',' << number(row.error_a) << ','
-        << number(scaleOf(row, planning::TaskKind::kRelativePosition)) << ','
-        << number(scaleOf(row, planning::TaskKind::kTipPosition)) << ',' << row.data.active_limits << ','
+        << number(scaleOf(row, taskOf(row.data.reference, planning::TaskKind::kRelativePosition))) << ','
+        << number(scaleOf(row, shapeTask(row.data.reference))) << ',' << row.data.active_limits << ','
         << row.data.solver_iterations << ',' << row.data.gate_actions;
     int joint = 0;
     for (const config::Arm& arm : robot.arms) {

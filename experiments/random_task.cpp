@@ -128,7 +128,7 @@ bool follow(const RobotModel& model,
     if (now != snaps)
       return false;
     tips.store(path.placed[path.at.size()]);
-    const auto at = planning::pointAt(spec, [&](int arm) { return tips.pose(arm); });
+    const auto at = planning::positionsAt(spec, [&](int arm) { return tips.pose(arm); });
     path.length.push_back(path.at.empty()
                               ? 0.0
                               : path.length.back() + std::max((at.tip - path.at.back().tip).norm(),

@@ -6,6 +6,8 @@
 #include <stdexcept>
 #include <tuple>
 
+#include "planning/trajectory.h"
+
 namespace tandem::experiments {
 
 std::string RunKey::name() const { return trajectory + "-" + configuration + "-" + std::string(control::name(method)); }
@@ -13,6 +15,8 @@ std::string RunKey::name() const { return trajectory + "-" + configuration + "-"
 RunRecord::RunRecord(RunKey key, const RobotModel& robot, int point_count, double tolerance)
     : key_(std::move(key)), robot_(robot), point_count_(point_count), tolerance_(tolerance) {
   limits_.setLimits(robot.limits().data(), robot.armCount());
+  if (!robot.models().empty())
+    tips_ = planning::TipFollower(robot.models());
   rows_.reserve(4 * static_cast<std::size_t>(std::max(point_count, 1)));
 }
 
@@ -41,34 +45,46 @@ const planning::TaskReference* taskOf(const planning::Reference& reference, plan
   return nullptr;
 }
 
+ReportUnit reportUnit(planning::TaskKind kind) {
+  const kinematics::TaskKindEntry* entry = kinematics::findTaskKind(kind);
+  return entry != nullptr && entry->unit == kinematics::TaskUnit::kRadian ? ReportUnit{180.0 / M_PI, "deg"}
+                                                                          : ReportUnit{1e3, "mm"};
+}
+
 bool isFurther(planning::TaskKind kind) {
   return kind != planning::TaskKind::kRelativePosition && kind != planning::TaskKind::kTipPosition;
 }
 
+const planning::TaskReference* shapeTask(const planning::Reference& reference) {
+  const planning::TaskReference* tip = taskOf(reference, planning::TaskKind::kTipPosition);
+  return tip == nullptr ? taskOf(reference, planning::TaskKind::kTipPose) : tip;
+}
+
 std::pair<double, double> errorsOf(const planning::Reference& reference, const Tips& tips) {
+  const auto tip = [&](int arm) { return tips[static_cast<std::size_t>(arm)]; };
   std::pair<double, double> errors{0.0, 0.0};
-  for (int t = 0; t < reference.task_count; ++t) {
-    const planning::TaskReference& task = reference.tasks[static_cast<std::size_t>(t)];
-    const Eigen::Vector3d& a = tips[static_cast<std::size_t>(task.arm)];
-    const Eigen::Vector3d& b = tips[static_cast<std::size_t>(task.other_arm)];
-    if (task.kind == planning::TaskKind::kRelativePosition)
-      errors.first = (task.position - (a - b)).norm();
-    else if (task.kind == planning::TaskKind::kTipPosition)
-      errors.second = (task.position - a).norm();
-  }
+  if (const auto* task = taskOf(reference, planning::TaskKind::kRelativePosition))
+    errors.first = (task->position - (tip(task->arm) - tip(task->other_arm))).norm();
+  if (const auto* task = shapeTask(reference))
+    errors.second = (task->position - tip(task->arm)).norm();
   return errors;
 }
 
 namespace {
 
-/// rad
-double furtherError(const planning::TaskReference& task, const StepData& data) {
+/// m or rad
+double furtherError(const planning::TaskReference& task, const StepData& data, planning::TipFollower& tips) {
   const auto pose = [&](int arm) {
     const auto k = static_cast<std::size_t>(arm);
     return Eigen::Isometry3d(Eigen::Translation3d(data.tip[k]) * data.orientation[k]);
   };
   const kinematics::TaskKindEntry* kind = kinematics::findTaskKind(task.kind);
-  return kind == nullptr ? 0.0 : kind->error(kind->place(pose(task.arm), pose(task.other_arm)), task.place());
+  if (kind == nullptr)
+    return 0.0;
+  if (kind->point == kinematics::TaskPoint::kTip)
+    return kind->error(kind->place(pose(task.arm), pose(task.other_arm)), task.place());
+  tips.update(data.position);
+  return kind->error(planning::placeOf(task, tips, nullptr), task.place());
 }
 
 }  // namespace
@@ -81,7 +97,7 @@ void RunRecord::add(const StepData& data) {
   for (int t = 0; t < data.reference.task_count; ++t) {
     const auto i = static_cast<std::size_t>(t);
     if (isFurther(data.reference.tasks[i].kind))
-      row.error_further[i] = furtherError(data.reference.tasks[i], data);
+      row.error_further[i] = furtherError(data.reference.tasks[i], data, tips_);
   }
   limits_.setPosition(data.setpoint);
   row.lower.resize(robot_.jointCount());

@@ -8,6 +8,7 @@
 #include "config/config.h"
 #include "control/step_problem.h"
 #include "planning/reference.h"
+#include "planning/tips.h"
 #include "robots/robot_model.h"
 #include "sim/plant_tips.h"
 
@@ -52,13 +53,15 @@ inline TipOrientations unturned() {
 /// Of the relative position (0 without one) and of the tip that follows the shape, m.
 std::pair<double, double> errorsOf(const planning::Reference& reference, const Tips& tips);
 
-/// The task of a kind in a reference; null: none.
+/// The first task of a kind in a reference; null: none.
 const planning::TaskReference* taskOf(const planning::Reference& reference, planning::TaskKind kind);
+/// The task whose tip follows the shape: the tip, or the first pose without one; null: none.
+const planning::TaskReference* shapeTask(const planning::Reference& reference);
 
 /** A task beside the tip and the relative position, and its errors. */
 struct FurtherErrors {
   planning::TaskReference task;  ///< with the last wanted place
-  ErrorStatistics errors;        ///< over each point's last iteration, rad
+  ErrorStatistics errors;        ///< over each point's last iteration, m or rad
 };
 
 /** What was known when a reference was answered and the robot had moved. */
@@ -76,6 +79,13 @@ struct StepData {
   std::uint64_t gate_actions = 0;  ///< interventions of the gate in this step
 };
 
+/** Unit in which reports state the errors of a kind. */
+struct ReportUnit {
+  double per_si;     ///< of it per m or rad
+  const char* name;  ///< "mm", "deg"
+};
+ReportUnit reportUnit(planning::TaskKind kind);
+
 /// Whether a kind is neither the tip nor the relative position.
 bool isFurther(planning::TaskKind kind);
 
@@ -86,7 +96,8 @@ struct Row {
   double error_ab = 0.0;  ///< m, after the step, of the tips as they really are
   double error_a = 0.0;   ///< m, after the step, of the tip as it really is
   std::array<double, planning::kMaxTasks>
-      error_further{};     ///< rad, likewise, of further tasks; by task of the reference
+      error_further{};     ///< m or rad, likewise, of further tasks; by task of the reference. Of a shaft: of the
+                           ///< record's model at the measured joints
   double violation = 0.0;  ///< largest excess of the setpoint over boxes and rows, m or rad; not above zero inside
   double excess = 0.0;     ///< likewise of translations and rows alone, m
   safety::RobotVector lower, upper;  ///< moving limits of every joint after the step
@@ -140,6 +151,7 @@ class RunRecord {
   double tolerance_;
   std::string failure_;
   sim::Snaps snaps_;
+  planning::TipFollower tips_;  ///< of the record's models, for tasks of shafts
   std::vector<Row> rows_;
 };
 

@@ -191,7 +191,10 @@ ModelStatus RigidModel::backbone(const JointsRef& q,
     if (derivatives)
       here_too = passed;
     point.s = s[i];
-    point.tangent = bend_to(k, here, inside - parts.interval[k].start, point.position, here_too).col(2);
+    const Eigen::Matrix3d frame = bend_to(k, here, inside - parts.interval[k].start, point.position, here_too);
+    if (derivatives && s[i] > inside)  // the boundary at the end, straight behind it
+      add(here_too, parts.interval[k].owner, Eigen::Vector3d::Zero(), frame * here.u, point.position);
+    point.tangent = frame.col(2);
     point.position += (s[i] - inside) * point.tangent;
     if (!derivatives)
       continue;

@@ -27,11 +27,6 @@ void setObjectReference(const planning::ObjectReference& object, TaskReference& 
                                            : std::numeric_limits<double>::quiet_NaN();
 }
 
-/// Kinds of positions leave these members as they are: recordings of before have them so.
-bool hasOrientation(const kinematics::TaskKindEntry& kind) noexcept {
-  return kind.part == kinematics::TaskPart::kOrientation;
-}
-
 }  // namespace
 
 safety::ArmVector jointsOf(const JointArray& joints, int arm, int size) noexcept {
@@ -68,7 +63,7 @@ planning::Reference tasksOf(const PlanningReference& message) noexcept {
     to.other_arm = from.other_arm;
     to.position = Eigen::Vector3d::Map(from.position.data());
     to.feed_forward = Eigen::Vector3d::Map(from.feed_forward.data());
-    if (const auto* kind = kinematics::findTaskKind(to.kind); kind != nullptr && hasOrientation(*kind)) {
+    if (const auto* kind = kinematics::findTaskKind(to.kind); kind != nullptr && kind->hasOrientation()) {
       to.orientation.coeffs() = Eigen::Vector4d::Map(from.orientation.data());  // x y z w
       to.angular_feed_forward = Eigen::Vector3d::Map(from.feed_forward.data() + 3);
     }
@@ -88,7 +83,8 @@ void setTasks(const planning::Reference& reference, PlanningReference& message) 
     to.other_arm = static_cast<std::uint8_t>(from.other_arm);
     Eigen::Vector3d::Map(to.position.data()) = from.position;
     Eigen::Vector3d::Map(to.feed_forward.data()) = from.feed_forward;
-    if (const auto* kind = kinematics::findTaskKind(from.kind); kind != nullptr && hasOrientation(*kind)) {
+    // Kinds of positions leave these members as they are: recordings of before have them so.
+    if (const auto* kind = kinematics::findTaskKind(from.kind); kind != nullptr && kind->hasOrientation()) {
       Eigen::Vector4d::Map(to.orientation.data()) = from.orientation.coeffs();
       Eigen::Vector3d::Map(to.feed_forward.data() + 3) = from.angular_feed_forward;
     }

@@ -34,7 +34,7 @@ class Walker {
         judge_(arms, accepting(options)),
         step_path_(arms, spec),
         branches_(std::move(start.branches)) {
-    last_ = pointAt(spec, [&](int arm) { return start.tips[at(arm)].pose; });
+    last_ = positionsAt(spec, [&](int arm) { return start.tips[at(arm)].pose; });
   }
 
   /// See detail/trajectory_start.h.
@@ -268,7 +268,7 @@ class Walker {
         return report;
       tips.push_back(tip.pose);
     }
-    const TrajectoryPoint there = pointAt(spec_, [&](int arm) { return tips[at(arm)]; });
+    const TrajectoryPoint there = positionsAt(spec_, [&](int arm) { return tips[at(arm)]; });
     report.tip = there.tip;
     report.actual_relative = there.relative;
     report.error = (report.tip - point.tip).norm();
@@ -326,7 +326,7 @@ FeasibilityReport checkTrajectory(const Arms& arms,
   report.start = begin.wrong;
   if (!begin.wrong.empty())
     return report;
-  const TrajectoryPoint first_place = pointAt(spec, [&](int arm) { return begin.tips[at(arm)].pose; });
+  const TrajectoryPoint first_place = positionsAt(spec, [&](int arm) { return begin.tips[at(arm)].pose; });
   report.rotation_conditioning = std::numeric_limits<double>::infinity();
   for (const int arm : spec.arms())
     report.rotation_conditioning = std::min(report.rotation_conditioning, rotationConditioning(begin.tips[at(arm)]));

@@ -33,7 +33,7 @@ struct Progress {
   int worst_point = 0;                              ///< counts from 1; 0: none
   double tip_error = 0.0;                           ///< m, at the last update, relative to the previous reference
   double relative_error = 0.0;                      ///< m
-  std::array<double, kMaxFurther> further_error{};  ///< rad, in the order of TrajectorySpec::further
+  std::array<double, kMaxFurther> further_error{};  ///< m or rad, in the order of TrajectorySpec::further
   double tolerance = 0.0;  ///< m; above zero where further tasks decide too: worst_error then counts in tolerances
 };
 

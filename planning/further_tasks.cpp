@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "kinematics/rotations.h"
+#include "planning/tips.h"
 
 namespace tandem::planning {
 namespace {
@@ -53,7 +54,9 @@ void setFurther(const TrajectorySpec& spec, const TrajectoryPoint& start, std::v
     Vector3d tip = start.tip;
     for (std::size_t i = 0; i < points.size(); ++i) {
       TaskPlace& place = points[i].further[k];
-      place.orientation = first;
+      place = start.further[k];
+      if (task.kind == TaskKind::kTipPose && task.arm == spec.arm)
+        place.position = points[i].tip;
       if (hasTarget(task)) {
         place.position = task.target;
       } else if (task.heading == Heading::kTangent) {
@@ -69,9 +72,31 @@ void setFurther(const TrajectorySpec& spec, const TrajectoryPoint& start, std::v
 
 TrajectoryPoint wantedAtStart(const TrajectorySpec& spec, const TrajectoryPoint& measured) {
   TrajectoryPoint wanted = measured;
-  for (std::size_t k = 0; k < spec.further.size(); ++k)
-    wanted.further[k].position = hasTarget(spec.further[k]) ? spec.further[k].target : Vector3d::Zero();
+  for (std::size_t k = 0; k < spec.further.size(); ++k) {
+    if (hasTarget(spec.further[k]))
+      wanted.further[k].position = spec.further[k].target;
+  }
   return wanted;
+}
+
+TaskPlace placeOf(const TaskReference& task, const TipFollower& tips, const MeasuredTips* measured) noexcept {
+  const kinematics::TaskKindEntry& kind = *kinematics::findTaskKind(task.kind);
+  const auto pose = [&](int arm) { return measuredPose(tips.tip(arm).pose, measured, arm); };
+  if (kind.point == kinematics::TaskPoint::kTip)
+    return kind.place(pose(task.arm), pose(kind.relative() ? task.other_arm : task.arm));
+  kinematics::ShaftPoint foot;
+  if (tips.shaftPoint(task.arm, task.position, false, foot) != kinematics::ModelStatus::kOk)
+    foot.pose.translation().setConstant(std::numeric_limits<double>::quiet_NaN());
+  return kind.place(foot.pose, foot.pose);
+}
+
+TrajectoryPoint pointAt(const TrajectorySpec& spec, const TipFollower& tips, const MeasuredTips* measured) noexcept {
+  TrajectoryPoint point = positionsAt(spec, [&](int arm) { return measuredPose(tips.tip(arm).pose, measured, arm); });
+  for (std::size_t k = 0; k < spec.further.size(); ++k) {
+    const FurtherTask& task = spec.further[k];
+    point.further[k] = placeOf({task.kind, task.arm, task.other_arm, task.target}, tips, measured);
+  }
+  return point;
 }
 
 std::vector<int> TrajectorySpec::arms() const {
@@ -89,6 +114,7 @@ std::vector<int> TrajectorySpec::arms() const {
 TrajectorySpec TrajectorySpec::ofPositions() const {
   TrajectorySpec spec = *this;
   spec.further.clear();
+  spec.tip_task = true;
   return spec;
 }
 
@@ -133,7 +159,8 @@ Reference referenceTo(const TrajectorySpec& spec, const TrajectoryPoint& point) 
   };
   if (spec.hasRelative())
     add({TaskKind::kRelativePosition, spec.arm, spec.other_arm, point.relative});
-  add({TaskKind::kTipPosition, spec.arm, 0, point.tip});
+  if (spec.tip_task)
+    add({TaskKind::kTipPosition, spec.arm, 0, point.tip});
   add_further();
   return reference;
 }

@@ -61,7 +61,7 @@ void ReferenceTracker::observe(const safety::RobotVector& q, const safety::Robot
 
 TrackStatus ReferenceTracker::setTask(const TaskReference& wanted,
                                       const MeasuredTips* measured,
-                                      const TrackResult& result,
+                                      TrackResult& result,
                                       control::Task& task,
                                       double& error) noexcept {
   const kinematics::TaskKindEntry* kind = kinematics::findTaskKind(wanted.kind);
@@ -77,7 +77,16 @@ TrackStatus ReferenceTracker::setTask(const TaskReference& wanted,
     return TrackStatus::kSensor;
 
   const auto pose_of = [&](int arm) { return measuredPose(result.tip[arm].pose, measured, arm); };
-  const Eigen::Isometry3d pose = pose_of(wanted.arm), other = relative ? pose_of(wanted.other_arm) : pose;
+  const bool shaft = kind->point == kinematics::TaskPoint::kShaft;
+  if (shaft) {
+    result.model = tips_.shaftPoint(wanted.arm, wanted.position, true, foot_);
+    result.model_arm = wanted.arm;
+    if (result.model != kinematics::ModelStatus::kOk)
+      return TrackStatus::kModel;
+  }
+  const Eigen::Isometry3d pose = shaft ? foot_.pose : pose_of(wanted.arm);
+  const Eigen::Isometry3d other = relative ? pose_of(wanted.other_arm) : pose;
+  const kinematics::Jacobian& jacobian = shaft ? foot_.jacobian : result.tip[wanted.arm].jacobian;
   const kinematics::TaskPlace at = kind->place(pose, other), place = wanted.place();
   kinematics::TaskRows rows;
   rows.residual = kind->residual(at, place);
@@ -88,7 +97,7 @@ TrackStatus ReferenceTracker::setTask(const TaskReference& wanted,
     const int begin = problem_.arm_offset[arm];
     return task.jacobian.middleCols(begin, problem_.arm_offset[arm + 1] - begin);
   };
-  columns(wanted.arm).noalias() = length * rows.by_arm.lazyProduct(result.tip[wanted.arm].jacobian);
+  columns(wanted.arm).noalias() = length * rows.by_arm.lazyProduct(jacobian);
   if (relative)
     columns(wanted.other_arm).noalias() = length * rows.by_other.lazyProduct(result.tip[wanted.other_arm].jacobian);
   error = length * rows.residual.norm();

@@ -130,11 +130,12 @@ class ReferenceTracker {
   void solve(TrackResult& result) noexcept;
   TrackStatus setTask(const TaskReference& wanted,
                       const MeasuredTips* measured,
-                      const TrackResult& result,
+                      TrackResult& result,
                       control::Task& task,
                       double& error) noexcept;
 
   TipFollower tips_;
+  kinematics::ShaftPoint foot_;  ///< of the last task of a shaft
   Margins margins_;
   std::unique_ptr<control::Resolver> resolver_;
   Gains gains_;

@@ -102,7 +102,7 @@ class Run {
   Rehearsal go(const TrajectorySpec& spec, const std::vector<safety::RobotVector>& postures) {
     if (!look())
       return end(RehearsalEnd::kInvalid, "the start: " + std::string(kinematics::describe(track_.model)));
-    const auto place = [&] { return pointAt(spec, [this](int arm) { return track_.tip[at(arm)].pose; }); };
+    const auto place = [&] { return pointAt(spec, tracker_.tips(), nullptr); };
     TrajectoryPoint at = place();
     follower_.start(spec, at, postures);
     result_.points = follower_.progress().point_count;

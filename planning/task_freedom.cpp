@@ -12,7 +12,7 @@ namespace {
 
 /// The tasks at the place where the tips are.
 Reference presentTasks(const TrajectorySpec& spec, const TipFollower& tips) {
-  const TrajectoryPoint here = pointAt(spec, [&](int arm) { return tips.tip(arm).pose; });
+  const TrajectoryPoint here = pointAt(spec, tips, nullptr);
   return referenceTo(spec, wantedAtStart(spec, here));
 }
 

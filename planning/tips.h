@@ -12,6 +12,7 @@
 
 #include "idl/enumerations.h"
 #include "kinematics/arm_model.h"
+#include "kinematics/tasks/shaft_search.h"
 #include "planning/reference.h"
 #include "safety/dimensions.h"
 
@@ -44,6 +45,14 @@ class TipFollower {
   const kinematics::Tip& tip(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].tip; }
   /// Branch of the arm's model in that update.
   const kinematics::Branch& branch(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].branch; }
+  /// Point of the arm's shaft nearest to a point (m, robot base frame), at the joints of tip(). Not thread-safe.
+  kinematics::ModelStatus shaftPoint(int arm,
+                                     const Eigen::Vector3d& to,
+                                     bool derivatives,
+                                     kinematics::ShaftPoint& foot) const noexcept {
+    const Arm& own = arms_[static_cast<std::size_t>(arm)];
+    return search_.find(*models_[static_cast<std::size_t>(arm)], own.q, own.branch, to, derivatives, foot);
+  }
   /// Of the last update: kOk, or the status of the first arm whose model had no solution.
   kinematics::ModelStatus status() const noexcept { return status_; }
   int failedArm() const noexcept { return failed_arm_; }
@@ -62,6 +71,7 @@ class TipFollower {
   std::array<Arm, safety::kMaxArms> arms_;
   kinematics::ModelStatus status_ = kinematics::ModelStatus::kNotFinite;
   int failed_arm_ = 0;
+  mutable kinematics::ShaftSearch search_;  ///< memory of shaftPoint()
 };
 
 /** The last valid measurement of each tip; it stays valid while newer ones are invalid, until it is too old. */

@@ -79,14 +79,14 @@ struct FurtherTask {
   std::string arm_name, other_arm_name;  ///< as in TrajectorySpec
   Heading heading = Heading::kStart;
   std::vector<HeadingWaypoint> waypoints;                      ///< in ascending order; Heading::kWaypoints
-  Eigen::Vector3d target = Eigen::Vector3d::Zero();            ///< of look_at, m, robot base frame
-  double tolerance = std::numeric_limits<double>::infinity();  ///< rad; infinite: points are reached without it
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();            ///< of TaskPart::kPosition, m, robot base frame
+  double tolerance = std::numeric_limits<double>::infinity();  ///< m or rad; infinite: points are reached without it
 
   bool relative() const noexcept { return kinematics::findTaskKind(kind)->relative(); }
 };
 
-/// Most further tasks: the tip is always one of the tasks.
-inline constexpr int kMaxFurther = kMaxTasks - 1;
+/// Most further tasks.
+inline constexpr int kMaxFurther = kMaxTasks;
 
 /** A trajectory of one tip, alone or with a constant or moving relative position of two tips, and with further tasks.
  * SI. */
@@ -96,11 +96,12 @@ struct TrajectorySpec {
   int other_arm = 1;  ///< partner in the relative position; kNoArm: the tip of `arm` is the only task
   /// The arms as the file names them: by name, letter or index; empty: by the indices above alone.
   std::string arm_name, other_arm_name;
+  bool tip_task = true;  ///< false: no task of the tip alone; a further task, the pose of `arm`, follows the shape
   Shape shape;
   int point_count = 100;  ///< points after the start, evenly spaced by arc length
   std::vector<Shape>
       relative;  ///< empty: constant relative position; one shape: it moves along this, synchronously with the tip
-  std::vector<FurtherTask> further;  ///< at most kMaxFurther, one less with a relative position, by priority
+  std::vector<FurtherTask> further;  ///< by priority; at most kMaxTasks tasks in all
   Following following = Following::kPointByPoint;
   double tolerance = 0.88e-3;    ///< m
   int max_iterations = 100;      ///< per point
@@ -111,7 +112,9 @@ struct TrajectorySpec {
   bool hasRelative() const { return other_arm != kNoArm; }
   /// The arms of its tasks: the one of the tip first; further ones may come twice.
   std::vector<int> arms() const;
-  int taskCount() const noexcept { return (hasRelative() ? 2 : 1) + static_cast<int>(further.size()); }
+  int taskCount() const noexcept {
+    return (hasRelative() ? 1 : 0) + (tip_task ? 1 : 0) + static_cast<int>(further.size());
+  }
   /// The same trajectory without further tasks.
   TrajectorySpec ofPositions() const;
   /// What is wrong with its arms for a robot with `count` of them; empty: nothing.
@@ -126,20 +129,24 @@ struct TrajectoryPoint {
   std::array<kinematics::TaskPlace, kMaxFurther> further{};  ///< in the order of TrajectorySpec::further
 };
 
-/// The point at which the trajectory's tips are. @param pose  robot base frame <- tip of an arm
+/// The point at which the trajectory's tips are, without further tasks. @param pose  robot base frame <- tip of an arm
 template <class Pose>
-TrajectoryPoint pointAt(const TrajectorySpec& spec, Pose pose) {
+TrajectoryPoint positionsAt(const TrajectorySpec& spec, Pose pose) {
   const Eigen::Vector3d own = pose(spec.arm).translation();
   TrajectoryPoint point{own, Eigen::Vector3d::Zero()};
   if (spec.hasRelative())
     point.relative = own - pose(spec.other_arm).translation();
-  for (std::size_t k = 0; k < spec.further.size(); ++k) {
-    const FurtherTask& task = spec.further[k];
-    const Eigen::Isometry3d tip = pose(task.arm);
-    point.further[k] = kinematics::findTaskKind(task.kind)->place(tip, task.relative() ? pose(task.other_arm) : tip);
-  }
   return point;
 }
+
+class TipFollower;
+struct MeasuredTips;
+/// The place of a task, not finite where the model has no solution. @param measured  null: the model's positions
+kinematics::TaskPlace placeOf(const TaskReference& task,
+                              const TipFollower& tips,
+                              const MeasuredTips* measured) noexcept;
+/// The point at which the trajectory's tips are, with the places of further tasks.
+TrajectoryPoint pointAt(const TrajectorySpec& spec, const TipFollower& tips, const MeasuredTips* measured) noexcept;
 
 /// Point on the straight line from one point to another, orientations by slerp. @param share  0 to 1
 TrajectoryPoint between(const TrajectorySpec& spec,
@@ -147,7 +154,8 @@ TrajectoryPoint between(const TrajectorySpec& spec,
                         const TrajectoryPoint& to,
                         double share) noexcept;
 
-/// Tasks of a point: the relative position, if there is one, then the tip, with the further tasks at their priorities;
+/// Tasks of a point: the relative position, if there is one, then the tip, if it is a task, with the further tasks at
+/// their priorities;
 /// feed-forward zero.
 Reference referenceTo(const TrajectorySpec& spec, const TrajectoryPoint& point) noexcept;
 /// The same with feed-forward from one point to another in a time, s.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 
 #include "config/planar.h"
@@ -60,9 +61,7 @@ class PlanarModel final : public kinematics::ArmModel {
       return status;
     if (!wrench.isZero(0.0))
       return ModelStatus::kCarriesNoLoad;
-    double length = 0.0;
-    for (const config::PlanarLink& link : arm_.links)
-      length += link.length;
+    const double length = lengthOf();
     shape.assign(static_cast<std::size_t>(std::max(points, 0)), kinematics::ShapePoint());
     for (std::size_t k = 0; k < shape.size(); ++k) {
       shape[k].s = shape.size() > 1 ? length * static_cast<double>(k) / static_cast<double>(shape.size() - 1) : 0.0;
@@ -74,11 +73,44 @@ class PlanarModel final : public kinematics::ArmModel {
     return ModelStatus::kOk;
   }
 
+  /// In closed form, without allocation; straight beyond the last link.
+  ModelStatus backbone(const JointsRef& q,
+                       Branch&,
+                       const std::vector<double>& s,
+                       bool derivatives,
+                       std::vector<kinematics::BackbonePoint>& points) const override {
+    if (const ModelStatus status = check(q); status != ModelStatus::kOk)
+      return status;
+    const double length = lengthOf();
+    const Eigen::Vector3d z = arm_.base.linear().col(2);
+    points.resize(s.size());
+    for (std::size_t i = 0; i < s.size(); ++i) {
+      const Eigen::Isometry3d frame = at(q, s[i]);
+      points[i].s = s[i];
+      points[i].tangent = frame.linear().col(2);
+      points[i].position = frame.translation() + std::max(0.0, s[i] - length) * points[i].tangent;
+      if (!derivatives)
+        continue;
+      points[i].jacobian.setZero(3, jointCount());
+      double before = 0.0;
+      for (int j = 0; j < jointCount() && before < s[i]; ++j) {
+        points[i].jacobian.col(j) = z.cross(points[i].position - at(q, before).translation());
+        before += arm_.links[static_cast<std::size_t>(j)].length;
+      }
+    }
+    return ModelStatus::kOk;
+  }
+
  private:
   ModelStatus check(const JointsRef& q) const noexcept {
     if (q.size() != jointCount())
       return ModelStatus::kWrongSize;
     return q.allFinite() ? ModelStatus::kOk : ModelStatus::kNotFinite;
+  }
+
+  double lengthOf() const noexcept {
+    return std::accumulate(arm_.links.begin(), arm_.links.end(), 0.0,
+                           [](double sum, const config::PlanarLink& link) { return sum + link.length; });
   }
 
   /// robot base frame <- frame at arc length s, z along the link.

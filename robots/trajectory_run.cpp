@@ -18,7 +18,7 @@ std::optional<planning::TrajectoryPoint> TrajectoryRun::place(const planning::Tr
     if (!now.valid[k] || (now.tips && !now.tips->arm[k].known))
       return {};
   }
-  return planning::pointAt(spec, [&](int arm) { return planning::measuredPose(tips_.tip(arm).pose, now.tips, arm); });
+  return planning::pointAt(spec, tips_, now.tips);
 }
 
 std::string TrajectoryRun::start(const std::string& text,

@@ -64,14 +64,14 @@ struct TrajectoryFurther {
   planning::Heading desired = planning::Heading::kStart;
   std::vector<planning::HeadingWaypoint> waypoints;
   Eigen::Vector3d target = Eigen::Vector3d::Zero();            ///< m
-  double tolerance = std::numeric_limits<double>::infinity();  ///< rad
+  double tolerance = std::numeric_limits<double>::infinity();  ///< m or rad
 };
 
 /** One of the `tasks` of a trajectory; arms by name, letter or index. */
 struct TrajectoryTask {
   std::string tip;
   std::vector<std::string> relative;
-  std::optional<TrajectoryFurther> axis, orientation, relative_orientation, look_at;
+  std::optional<TrajectoryFurther> axis, orientation, relative_orientation, look_at, remote_centre, pose, relative_pose;
 };
 
 /// Reads `tasks`, of which `arm` and `other_arm` are the short form.

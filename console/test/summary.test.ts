@@ -73,3 +73,18 @@ test("a missed point, an overlap and an ended run are said", () => {
   expect(unknown.headline).toContain("ended by a client");
   expect(unknown.lines.join()).not.toContain("distance");
 });
+
+test("remote centres and poses are named, with errors in mm", () => {
+  const run = {
+    ...kRun,
+    task_count: 3,
+    task_arm: Uint8Array.of(0, 1, 0, 0),
+    task_other_arm: Uint8Array.of(0, 0, 1, 0),
+    task_kind: Uint8Array.of(TaskKind.remoteCentre, TaskKind.tipPose, TaskKind.relativePose, 0),
+  };
+  expect(describeSummary(run, ["a", "b"]).lines.slice(0, 3)).toEqual([
+    "error, remote centre of A: RMS 0.010, 95 % within 0.020, maximum 0.030 mm",
+    "error, pose of B: RMS 2.000, 95 % within 3.000, maximum 4.000 mm",
+    "error, relative pose of A and B: RMS 0.000, 95 % within 0.000, maximum 0.000 mm",
+  ]);
+});

@@ -121,6 +121,47 @@ void relativeOrientationMaps(const TaskPlace&, const TaskPlace&, const Isometry3
   rows.by_feed_forward.rightCols<3>().setIdentity();
 }
 
+/* Pose of a tip as one task, m, six rows, with l = kLengthPerRadian:
+ *
+ *     e = (p_d - p_a, l log(R_d R_a^T)),   (v_a, l w_a) = lambda e + (v_d, l w_d).
+ *
+ * Relative pose of two tips, likewise in the frame of tip b, with p_ab = R_b^T (p_a - p_b) and R_ab = R_b^T R_a:
+ *
+ *     e = (p_d - p_ab, l log(R_d R_ab^T)),
+ *     (R_b^T (v_a - v_b + (p_a - p_b) x w_b), l R_b^T (w_a - w_b)) = lambda e + (v_d, l w_d). */
+
+TaskPlace relativePose(const Isometry3d& arm, const Isometry3d& other) noexcept {
+  const Isometry3d relative = other.inverse() * arm;
+  return {relative.translation(), Quaterniond(relative.linear())};
+}
+
+TaskResidual poseResidual(const TaskPlace& at, const TaskPlace& wanted) noexcept {
+  TaskResidual residual(6);
+  residual << positionResidual(at, wanted), kLengthPerRadian * orientationResidual(at, wanted);
+  return residual;
+}
+
+/// diag(I, l I).
+TwistRows scaledTwist() {
+  Eigen::Matrix<double, 6, 1> scale;
+  scale << Vector3d::Ones(), Vector3d::Constant(kLengthPerRadian);
+  return scale.asDiagonal().toDenseMatrix();
+}
+
+void poseMaps(const TaskPlace&, const TaskPlace&, const Isometry3d&, TaskRows& rows) noexcept {
+  rows.by_arm = rows.by_feed_forward = scaledTwist();
+}
+
+void relativePoseMaps(const TaskPlace& at, const TaskPlace&, const Isometry3d& other, TaskRows& rows) noexcept {
+  const Matrix3d into_b = other.linear().transpose();
+  rows.by_feed_forward = scaledTwist();
+  rows.by_arm.setZero(6, 6);
+  rows.by_arm.topLeftCorner<3, 3>() = into_b;
+  rows.by_arm.bottomRightCorner<3, 3>() = kLengthPerRadian * into_b;
+  rows.by_other = -rows.by_arm;
+  rows.by_other.topRightCorner<3, 3>() = skew(at.position) * into_b;
+}
+
 /* Looking at a target p_d, rad, two rows. With c = (p_d - p_a) / D, D = |p_d - p_a|, the direction to the target, which
  * rotates by c x c' = c x (v_d - v_a) / D, and r the smallest rotation from z_a to c, S = exp([r]x):
  *
@@ -152,20 +193,47 @@ void viewMaps(const TaskPlace& at, const TaskPlace& wanted, const Isometry3d&, T
   rows.by_feed_forward.leftCols<3>() = of_motion;
 }
 
+/* Remote centre: the shaft passes the point p_d, m, two rows. p_f is the foot of the perpendicular from p_d to the
+ * shaft, the point p(s) of the backbone with t . (p_d - p(s)) = 0, t its tangent, and J_f the Jacobian of p(s) at
+ * constant s. With B_t, orthonormal rows of the plane perpendicular to t:
+ *
+ *     e = B_t (p_d - p_f),   B_t J_f q' = lambda e + B_t v_d.
+ *
+ * |e| is the distance of p_d from the shaft. The foot slides along t, to which p_d - p_f is perpendicular: so |e|' =
+ * -e . B_t J_f q' / |e| with constant s, and |e|' = -lambda |e|. Beyond the end of the arm the shaft is the straight
+ * line along the tip's axis, so the axis passes p_d. Behind the entry point J_f = 0: the joints do not move the shaft.
+ */
+
+TaskResidual centreResidual(const TaskPlace& at, const TaskPlace& wanted) noexcept {
+  return planeOf(axisOf(at)) * (wanted.position - at.position);
+}
+
+void centreMaps(const TaskPlace& at, const TaskPlace&, const Isometry3d&, TaskRows& rows) noexcept {
+  rows.by_arm.setZero(2, 6);
+  rows.by_arm.leftCols<3>() = planeOf(axisOf(at));
+  rows.by_feed_forward = rows.by_arm;
+}
+
 constexpr std::array kKinds{
     TaskKindEntry{TaskKind::kRelativePosition, "relative", "relative position of", 2, 3, TaskUnit::kMetre,
-                  TaskPart::kPosition, relativePosition, positionResidual, positionMaps},
-    TaskKindEntry{TaskKind::kTipPosition, "tip", "tip of", 1, 3, TaskUnit::kMetre, TaskPart::kPosition, positionOfTip,
-                  positionResidual, positionMaps},
-    TaskKindEntry{TaskKind::kTipAxis, "axis", "axis of", 1, 2, TaskUnit::kRadian, TaskPart::kOrientation, placeOfTip,
-                  axisResidual, axisMaps},
+                  TaskPart::kPosition, TaskPoint::kTip, relativePosition, positionResidual, positionMaps},
+    TaskKindEntry{TaskKind::kTipPosition, "tip", "tip of", 1, 3, TaskUnit::kMetre, TaskPart::kPosition, TaskPoint::kTip,
+                  positionOfTip, positionResidual, positionMaps},
+    TaskKindEntry{TaskKind::kTipAxis, "axis", "axis of", 1, 2, TaskUnit::kRadian, TaskPart::kOrientation,
+                  TaskPoint::kTip, placeOfTip, axisResidual, axisMaps},
     TaskKindEntry{TaskKind::kTipOrientation, "orientation", "orientation of", 1, 3, TaskUnit::kRadian,
-                  TaskPart::kOrientation, placeOfTip, orientationResidual, orientationMaps},
+                  TaskPart::kOrientation, TaskPoint::kTip, placeOfTip, orientationResidual, orientationMaps},
     TaskKindEntry{TaskKind::kRelativeOrientation, "relative_orientation", "relative orientation of", 2, 3,
-                  TaskUnit::kRadian, TaskPart::kOrientation, relativeOrientation, orientationResidual,
+                  TaskUnit::kRadian, TaskPart::kOrientation, TaskPoint::kTip, relativeOrientation, orientationResidual,
                   relativeOrientationMaps},
     TaskKindEntry{TaskKind::kLookAt, "look_at", "direction of view of", 1, 2, TaskUnit::kRadian, TaskPart::kPosition,
-                  placeOfTip, viewResidual, viewMaps},
+                  TaskPoint::kTip, placeOfTip, viewResidual, viewMaps},
+    TaskKindEntry{TaskKind::kRemoteCentre, "remote_centre", "remote centre of", 1, 2, TaskUnit::kMetre,
+                  TaskPart::kPosition, TaskPoint::kShaft, placeOfTip, centreResidual, centreMaps},
+    TaskKindEntry{TaskKind::kTipPose, "pose", "pose of", 1, 6, TaskUnit::kMetre, TaskPart::kPose, TaskPoint::kTip,
+                  placeOfTip, poseResidual, poseMaps},
+    TaskKindEntry{TaskKind::kRelativePose, "relative_pose", "relative pose of", 2, 6, TaskUnit::kMetre, TaskPart::kPose,
+                  TaskPoint::kTip, relativePose, poseResidual, relativePoseMaps},
 };
 
 template <class Predicate>

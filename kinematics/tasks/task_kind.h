@@ -20,8 +20,8 @@ struct TaskPlace {
 };
 
 /// Most rows of a kind.
-inline constexpr int kMaxKindRows = 3;
-/// Residual e of a task, m or rad.
+inline constexpr int kMaxKindRows = 6;
+/// Residual e of a task, m or rad; of a pose m, with radians times kLengthPerRadian.
 using TaskResidual = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMaxKindRows, 1>;
 /// Rows by a twist (linear, angular) in the robot base frame.
 using TwistRows = Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::ColMajor, kMaxKindRows, 6>;
@@ -37,11 +37,14 @@ struct TaskRows {
 };
 
 enum class TaskUnit { kMetre, kRadian };
+/// The point of an arm whose frame a task compares: the tip, or the foot of the perpendicular from the wanted position
+/// to the shaft (ShaftSearch), whose z axis is along the shaft.
+enum class TaskPoint { kTip, kShaft };
 /// The part of a wanted place that counts.
-enum class TaskPart { kPosition, kOrientation };
+enum class TaskPart { kPosition, kOrientation, kPose };
 
 /** A kind of task. Frames: R_a, p_a are orientation and position of the tip of `arm`, z_a its z axis; b: of
- * `other_arm`; d: desired. */
+ * `other_arm`; d: desired. For TaskPoint::kShaft the foot takes the place of the tip. */
 struct TaskKindEntry {
   idl::TaskKind kind;
   std::string_view name;         ///< key in trajectory files and name in reports: "axis"
@@ -50,6 +53,7 @@ struct TaskKindEntry {
   int rows;                      ///< degrees of freedom that it takes
   TaskUnit unit;                 ///< of the residual
   TaskPart part;                 ///< of the wanted place
+  TaskPoint point;               ///< of `arm`
   /// The place that is compared, from the poses of the tips (robot base frame <- tip frame).
   TaskPlace (*place)(const Eigen::Isometry3d& arm, const Eigen::Isometry3d& other) noexcept;
   /// e at a place.
@@ -58,6 +62,7 @@ struct TaskKindEntry {
   void (*maps)(const TaskPlace& at, const TaskPlace& wanted, const Eigen::Isometry3d& other, TaskRows& rows) noexcept;
 
   bool relative() const noexcept { return arms == 2; }
+  bool hasOrientation() const noexcept { return part != TaskPart::kPosition; }
   /// Metres per unit of the residual.
   double length() const noexcept { return unit == TaskUnit::kRadian ? kLengthPerRadian : 1.0; }
   /// |e| of a place, m or rad.

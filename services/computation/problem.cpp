@@ -134,10 +134,10 @@ void ComputationProblem::readTrajectory() {
       return;  // defects of the start configuration are part of the report
   }
   try {
-    planning::TrajectorySpec coarse = spec;
+    planning::TrajectorySpec coarse = spec.ofPositions();
     coarse.point_count = 1;
     const planning::TrajectoryPoint at =
-        planning::pointAt(spec, [&](int arm) { return tips[static_cast<std::size_t>(arm)].pose; });
+        planning::positionsAt(spec, [&](int arm) { return tips[static_cast<std::size_t>(arm)].pose; });
     planning::sample(coarse, at);
   } catch (const std::invalid_argument& error) {
     throw Refusal(msg::ReplyCode::kMalformed, error.what());

@@ -98,7 +98,8 @@ export class Guides {
     const wanted: (number[] | null)[] = this.targets.map(() => null);
     const tasks = reference.tasks.slice(0, reference.task_count);
     for (const task of tasks) {
-      if (task.kind === TaskKind.tipPosition) wanted[task.arm] = Array.from(task.position);
+      if (task.kind === TaskKind.tipPosition || task.kind === TaskKind.tipPose)
+        wanted[task.arm] = Array.from(task.position);
       // Target of the common object: one position for all arms.
       if (task.kind === TaskKind.objectPose) wanted[0] = Array.from(task.position);
     }

@@ -30,6 +30,9 @@ export function describeSummary(summary: RunSummary, arms: readonly string[]): S
     const angle = kAngles[summary.task_kind[k] ?? 0];
     if (angle !== undefined) return `${angle} ${summary.task_kind[k] === TaskKind.relativeOrientation ? both : own}`;
     if (summary.task_kind[k] === TaskKind.relativePosition) return `relative position of ${both}`;
+    if (summary.task_kind[k] === TaskKind.remoteCentre) return `remote centre of ${own}`;
+    if (summary.task_kind[k] === TaskKind.tipPose) return `pose of ${own}`;
+    if (summary.task_kind[k] === TaskKind.relativePose) return `relative pose of ${both}`;
     return summary.task_kind[k] === TaskKind.objectPose ? "common object" : `tip of ${own}`;
   };
   const lines: string[] = [];

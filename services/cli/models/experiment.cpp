@@ -128,15 +128,16 @@ void addResults(const Results& r, nlohmann::ordered_json& line) {
 }
 
 nlohmann::ordered_json furtherJson(const std::vector<experiments::RunSummary>& runs, const config::Robot& robot) {
-  constexpr double kDegrees = 180.0 / M_PI;
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   for (const experiments::RunSummary& run : runs) {
-    for (const experiments::FurtherErrors& further : run.further)
+    for (const auto& [task, errors] : run.further) {
+      const auto [per_si, unit] = experiments::reportUnit(task.kind);
       json.push_back({{"run", run.key.name()},
-                      {"task", describe(further.task, config::shortArmNames(robot))},
-                      {"mean_deg", kDegrees * further.errors.mean},
-                      {"rms_deg", kDegrees * further.errors.rms},
-                      {"max_deg", kDegrees * further.errors.max}});
+                      {"task", describe(task, config::shortArmNames(robot))},
+                      {std::string("mean_") + unit, per_si * errors.mean},
+                      {std::string("rms_") + unit, per_si * errors.rms},
+                      {std::string("max_") + unit, per_si * errors.max}});
+    }
   }
   return json;
 }

@@ -43,6 +43,25 @@ TEST(FurtherTasks, ReachTheirFields) {
   EXPECT_EQ(last.waypoints[0].at, 0.5);
   EXPECT_TRUE(last.waypoints[1].rotation.isApprox(Eigen::Vector3d(std::numbers::pi / 2, 0, 0)));
   EXPECT_TRUE(std::isinf(last.tolerance));
+  const TrajectorySpec centre = parsedTrajectory(
+      "tandem: trajectory/1\nname: x\nshape: {line: {displacement_mm: [1, 0, 0]}}\n"
+      "tasks: [{remote_centre: {arm: a, point_mm: [1, 2, 30], tolerance_mm: 0.5}}, {tip: a}]\n");
+  ASSERT_EQ(centre.further.size(), 1u);
+  EXPECT_EQ(centre.further[0].kind, TaskKind::kRemoteCentre);
+  EXPECT_TRUE(centre.further[0].target.isApprox(Eigen::Vector3d(1e-3, 2e-3, 0.03)));
+  EXPECT_DOUBLE_EQ(centre.further[0].tolerance, 0.5e-3);
+  const TrajectorySpec poses = parsedTrajectory(
+      "tandem: trajectory/1\nname: x\nshape: {line: {displacement_mm: [1, 0, 0]}}\n"
+      "tasks: [{relative_pose: {arms: [b, a], tolerance_mm: 1}}, {pose: {arm: b, desired: tangent}}]\n");
+  EXPECT_EQ(poses.arm, 1) << "the pose takes the place of the tip";
+  EXPECT_FALSE(poses.tip_task);
+  EXPECT_FALSE(poses.hasRelative());
+  ASSERT_EQ(poses.further.size(), 2u);
+  EXPECT_EQ(poses.further[0].kind, TaskKind::kRelativePose);
+  EXPECT_EQ(std::pair(poses.further[0].arm, poses.further[0].other_arm), (std::pair{1, 0}));
+  EXPECT_DOUBLE_EQ(poses.further[0].tolerance, 1e-3);
+  EXPECT_EQ(poses.further[1].kind, TaskKind::kTipPose);
+  EXPECT_EQ(poses.further[1].heading, Heading::kTangent);
   const TrajectorySpec kept = parsedTrajectory(
       "tandem: trajectory/1\nname: x\nshape: {line: {displacement_mm: [1, 0, 0]}}\n"
       "tasks: [{tip: a}, {axis: {arm: a}}, {orientation: {arm: a, desired: tangent}}]\n");
@@ -76,8 +95,19 @@ TEST(FurtherTasks, ThatMakeNoSenseAreRefusedAtTheirPlace) {
       {tasks, with("{relative_orientation: {arms: [a, b], desired: tangent}}"), "tangent", 0,
        "tasks[1].relative_orientation.desired", "expected one of start, waypoints"},
       {tasks, with("{look_at: {arm: a}}"), "{arm", 0, "tasks[1].look_at.target_mm", "the key is missing"},
+      {tasks, with("{remote_centre: {arm: a}}"), "{arm", 0, "tasks[1].remote_centre.point_mm", "the key is missing"},
+      {tasks, with("{remote_centre: {arm: a, point_mm: [1, 2]}}"), "[1, 2]", 0, "tasks[1].remote_centre.point_mm",
+       "found a list of 2, expected"},
+      {tasks, with("{remote_centre: {arm: a, point_mm: [1, 2, 3], tolerance_deg: 1}}"), "tolerance", 0,
+       "tasks[1].remote_centre.tolerance_deg", "expected tolerance_mm or tolerance_m"},
       {tasks, with("{look: {arm: a}}"), "{look", 0, "tasks[1]", "tasks[1].look: unknown key"},
-      {tasks, "tasks: [{axis: {arm: a}}]", "[{axis", 0, "tasks", "expected one `tip`"},
+      {tasks, with("{pose: {arm: a, desired: waypoints}}"), "{arm", 0, "tasks[1].pose.waypoints", "found none"},
+      {tasks, with("{pose: {arm: a, tolerance_deg: 1}}"), "tolerance", 0, "tasks[1].pose.tolerance_deg",
+       "expected tolerance_mm or tolerance_m"},
+      {tasks, with("{relative_pose: {arms: [a, a]}}"), "a]}}", 0, "tasks[1].relative_pose.arms[1]", "a second time"},
+      {tasks, "tasks: [{axis: {arm: a}}]", "[{axis", 0, "tasks", "expected one `tip` or a `pose`"},
+      {tasks, "tasks: [{relative: [b, a]}, {pose: {arm: a}}]", "b, a]", 0, "tasks[0].relative[0]",
+       "another arm first than the one that follows the shape"},
   };
   for (const Refusal& refusal : refusals)
     expectRefusal(text, refusal, [](const std::filesystem::path& file) { loadTrajectory(file); });
@@ -92,14 +122,14 @@ std::vector<planning::FurtherTask> anyFurther(Dice& random, int most) {
   std::vector<planning::FurtherTask> all(static_cast<std::size_t>(random.integer(0, most)));
   for (std::size_t k = 0; k < all.size(); ++k) {
     planning::FurtherTask& task = all[k];
-    task.kind = static_cast<planning::TaskKind>(4 + random.integer(0, 3));
+    task.kind = static_cast<planning::TaskKind>(4 + random.integer(0, 6));
     task.priority = static_cast<int>(k) + (k + 1 == all.size() ? random.integer(0, 1) : 0);
     task.arm = random.integer(0, 3);
     if (task.relative())
       task.other_arm = 4 + random.integer(0, 3);
     if (random.integer(0, 1))
       task.tolerance = random.uniform(0.01, 1.0);
-    if (task.kind == planning::TaskKind::kLookAt) {
+    if (task.kind == planning::TaskKind::kLookAt || task.kind == planning::TaskKind::kRemoteCentre) {
       task.target = anyVector(random);
     } else if (random.integer(0, 1)) {
       task.heading = planning::Heading::kWaypoints;
@@ -139,9 +169,18 @@ TEST(FurtherTasks, FormattedTextReadsBack) {
     if (random.chance(0.5))
       spec.other_arm = planning::kNoArm;
     spec.further = anyFurther(random, spec.hasRelative() ? 2 : 3);
+    const auto pose = std::ranges::find(spec.further, planning::TaskKind::kTipPose, &planning::FurtherTask::kind);
+    if (pose != spec.further.end() && !spec.hasRelative() && random.chance(0.5)) {
+      spec.tip_task = false;
+      spec.arm = pose->arm;
+      spec.further.back().priority = static_cast<int>(spec.further.size()) - 1;
+    }
     const std::string text = formatTrajectory(spec);
     SCOPED_TRACE(text);
-    expectSame(parsedTrajectory(text).further, spec.further);
+    const TrajectorySpec read = parsedTrajectory(text);
+    EXPECT_EQ(read.arm, spec.arm);
+    EXPECT_EQ(read.tip_task, spec.tip_task);
+    expectSame(read.further, spec.further);
     if (HasFailure())
       break;
   }

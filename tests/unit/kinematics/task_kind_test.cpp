@@ -18,7 +18,8 @@ using kinematics::TaskRows;
 using kinematics::Tip;
 
 constexpr std::array kKindsOfTips{TaskKind::kRelativePosition, TaskKind::kTipPosition,         TaskKind::kTipAxis,
-                                  TaskKind::kTipOrientation,   TaskKind::kRelativeOrientation, TaskKind::kLookAt};
+                                  TaskKind::kTipOrientation,   TaskKind::kRelativeOrientation, TaskKind::kLookAt,
+                                  TaskKind::kTipPose,          TaskKind::kRelativePose};
 
 Eigen::Vector3d anyDirection(Random& random) {
   const Eigen::Vector3d v = anyVector(random, 1.0);
@@ -80,9 +81,10 @@ TaskPlace wantedFrom(const TaskKindEntry& kind, const TaskPlace& at, Random& ran
   if (kind.kind == TaskKind::kLookAt) {
     const Eigen::Vector3d axis = at.orientation.toRotationMatrix().col(2);
     wanted.position += random.uniform(0.02, 0.2) * (Eigen::AngleAxisd(angle, axis.unitOrthogonal()) * axis);
-  } else if (kind.unit == kinematics::TaskUnit::kMetre) {
+  } else if (kind.part != kinematics::TaskPart::kOrientation) {
     wanted.position += anyVector(random, 0.05);
-  } else {
+  }
+  if (kind.hasOrientation()) {
     wanted.orientation = (Eigen::AngleAxisd(angle, anyDirection(random)) * at.orientation).normalized();
   }
   return wanted;
@@ -92,6 +94,12 @@ TaskPlace wantedFrom(const TaskKindEntry& kind, const TaskPlace& at, Random& ran
 /// the derivative of the angle between unit vectors, of an orientation the inverse right Jacobian of SO(3) (Sola et al.
 /// 2018, (144)).
 Eigen::MatrixXd rateOf(const TaskKindEntry& kind, const Eigen::VectorXd& e) {
+  if (kind.part == kinematics::TaskPart::kPose) {
+    Eigen::MatrixXd rate = Eigen::MatrixXd::Identity(6, 6);
+    rate.bottomRightCorner<3, 3>() =
+        rateOf(*findTaskKind(TaskKind::kTipOrientation), e.tail<3>() / kinematics::kLengthPerRadian);
+    return rate;
+  }
   const double angle = e.norm();
   if (kind.kind == TaskKind::kTipAxis) {
     const Eigen::MatrixXd along = e * e.transpose() / (angle * angle);
@@ -186,21 +194,28 @@ TEST(TaskKind, FeedForwardFollowsAMovingReference) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 200; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    for (const TaskKind which : {TaskKind::kTipAxis, TaskKind::kTipOrientation, TaskKind::kRelativeOrientation}) {
+    for (const TaskKind which : {TaskKind::kTipAxis, TaskKind::kTipOrientation, TaskKind::kRelativeOrientation,
+                                 TaskKind::kTipPose, TaskKind::kRelativePose}) {
       const TaskKindEntry& kind = *findTaskKind(which);
       Eigen::Isometry3d tip = Eigen::Isometry3d::Identity(), other = tip;
       tip.linear() = Eigen::AngleAxisd(anyAngle(random), anyDirection(random)).toRotationMatrix();
       other.linear() = Eigen::AngleAxisd(anyAngle(random), anyDirection(random)).toRotationMatrix();
+      tip.translation() = anyVector(random, 0.1);
       TaskPlace wanted = kind.place(tip, other);
       const Eigen::Vector3d turn = anyVector(random, 1.0);
+      const Eigen::Vector3d way =
+          kind.part == kinematics::TaskPart::kPose ? anyVector(random, 0.1) : Eigen::Vector3d::Zero();
       TaskRows rows;
       kind.maps(wanted, wanted, other, rows);
       Eigen::Matrix<double, 6, 1> twist;
-      twist << Eigen::Vector3d::Zero(), turn;
+      twist << way, turn;
       const Eigen::VectorXd velocity = rows.by_feed_forward * twist;
-      const Eigen::Vector3d rate = rows.by_arm.rightCols<3>().transpose() * velocity;
-      tip.linear() = kinematics::rotationBy(kStep * rate).toRotationMatrix() * tip.linear();
+      const Eigen::MatrixXd by_arm = rows.by_arm;
+      const Eigen::VectorXd rate = by_arm.completeOrthogonalDecomposition().solve(velocity);
+      tip.linear() = kinematics::rotationBy(kStep * rate.tail<3>()).toRotationMatrix() * tip.linear();
+      tip.translation() += kStep * rate.head<3>();
       wanted.orientation = kinematics::rotationBy(kStep * turn) * wanted.orientation;
+      wanted.position += kStep * way;
       EXPECT_LT(kind.error(kind.place(tip, other), wanted), 10.0 * kStep * kStep) << kind.name;
     }
   }
@@ -216,7 +231,7 @@ TEST(TaskKind, TheTableNamesEachKindOnce) {
   }
   EXPECT_EQ(findTaskKind(TaskKind::kNone), nullptr);
   EXPECT_EQ(findTaskKind(TaskKind::kObjectPose), nullptr);
-  EXPECT_EQ(findTaskKind("pose"), nullptr);
+  EXPECT_EQ(findTaskKind("object"), nullptr);
 }
 
 }  // namespace

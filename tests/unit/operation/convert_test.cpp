@@ -19,9 +19,16 @@ TEST(Convert, TasksSurviveTheRoundTrip) {
     planning::Reference reference;
     reference.task_count = random.integer(0, planning::kMaxTasks);
     for (int k = 0; k < reference.task_count; ++k) {
-      reference.tasks[static_cast<std::size_t>(k)] = {static_cast<planning::TaskKind>(random.integer(0, 2)),
-                                                      random.integer(0, 7), random.integer(0, 7), randomVector(random),
-                                                      randomVector(random)};
+      planning::TaskReference& task = reference.tasks[static_cast<std::size_t>(k)];
+      task = {static_cast<planning::TaskKind>(random.integer(0, 10)), random.integer(0, 7), random.integer(0, 7),
+              randomVector(random), randomVector(random)};
+      if (task.kind == planning::TaskKind::kObjectPose)
+        task.kind = planning::TaskKind::kTipPose;
+      const kinematics::TaskKindEntry* kind = kinematics::findTaskKind(task.kind);
+      if (kind == nullptr || !kind->hasOrientation())
+        continue;
+      task.orientation = Eigen::Quaterniond(1.0, random.uniform(-1, 1), random.uniform(-1, 1), 0.5).normalized();
+      task.angular_feed_forward = randomVector(random);
     }
     msg::PlanningReference message;
     msg::setTasks(reference, message);
@@ -33,6 +40,8 @@ TEST(Convert, TasksSurviveTheRoundTrip) {
       EXPECT_EQ(back.tasks[k].other_arm, reference.tasks[k].other_arm);
       EXPECT_EQ(back.tasks[k].position, reference.tasks[k].position);
       EXPECT_EQ(back.tasks[k].feed_forward, reference.tasks[k].feed_forward);
+      EXPECT_EQ(back.tasks[k].orientation.coeffs(), reference.tasks[k].orientation.coeffs());
+      EXPECT_EQ(back.tasks[k].angular_feed_forward, reference.tasks[k].angular_feed_forward);
     }
   }
 }

@@ -1,13 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <gtest/gtest.h>
 
-#include "arm_pair.h"
-#include "control/parameters.h"
-#include "dice.h"
 #include "kinematics/rotations.h"
 #include "planning/follower.h"
-#include "planning/reference_tracker.h"
 #include "planning/task_freedom.h"
+#include "task_loop.h"
 #include "tests/unit/safety/allocation_counter.h"
 
 namespace tandem::test {
@@ -21,42 +18,14 @@ using planning::Phase;
 using planning::TaskKind;
 using planning::TrajectoryPoint;
 
-constexpr double kStepTime = 0.1;
 /// The methods of the paper, and hqp.
 constexpr std::array kMethods{Method::kNspwln, Method::kNspwlnJoint, Method::kNspqp,
                               Method::kSnsqp,  Method::kSns,         Method::kHqp};
 
-planning::TrajectorySpec line(const Eigen::Vector3d& by, int points) {
-  planning::TrajectorySpec spec;
-  spec.shape = planning::Line{by};
-  spec.point_count = points;
-  return spec;
-}
-
-FurtherTask further(TaskKind kind, int priority) {
-  FurtherTask task;
-  task.kind = kind;
-  task.priority = priority;
-  task.arm = 0;
-  task.other_arm = findTaskKind(kind)->relative() ? 1 : 0;
-  return task;
-}
-
-TrajectoryPoint anyStart(Dice& dice) {
-  TrajectoryPoint start{Eigen::Vector3d(0, 0, 0.3) + dice.ball(0.05), dice.ball(0.02)};
-  for (auto& place : start.further)
-    place = {start.tip, dice.turn()};
-  return start;
-}
-
-double angleBetween(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return std::atan2(a.cross(b).norm(), a.dot(b));
-}
-
 TEST(FurtherTasks, HeadingsAreWhatTheirNamesSay) {
   overSeeds([](Dice& dice) {
-    const TrajectoryPoint start = anyStart(dice);
-    auto spec = line(Eigen::Vector3d(0, 0, 0.02) + dice.ball(0.01), 10);
+    const TrajectoryPoint start = anyPoint(dice);
+    auto spec = lineBy(Eigen::Vector3d(0, 0, 0.02) + dice.ball(0.01), 10);
     spec.further = {further(TaskKind::kTipAxis, 0), further(TaskKind::kTipOrientation, 1)};
     spec.further[0].heading = Heading::kTangent;
     spec.further[1].heading = Heading::kWaypoints;
@@ -86,10 +55,10 @@ TEST(FurtherTasks, HeadingsAreWhatTheirNamesSay) {
 
 TEST(FurtherTasks, StandAtTheirPriorities) {
   Dice dice(1);
-  auto spec = line({0, 0, 0.01}, 4);
+  auto spec = lineBy({0, 0, 0.01}, 4);
   spec.further = {further(TaskKind::kLookAt, 0), further(TaskKind::kTipAxis, 2)};
   spec.further[0].target = {0.1, 0.2, 0.3};
-  const auto points = planning::sample(spec, anyStart(dice));
+  const auto points = planning::sample(spec, anyPoint(dice));
   const planning::Reference reference = planning::referenceTo(spec, points[2]);
   ASSERT_EQ(reference.task_count, 4);
   const std::array kinds{TaskKind::kLookAt, TaskKind::kRelativePosition, TaskKind::kTipAxis, TaskKind::kTipPosition};
@@ -107,8 +76,8 @@ TEST(FurtherTasks, StandAtTheirPriorities) {
 /// A reference that moves with its feed-forward for one period arrives at the next reference of the timed follower.
 TEST(FurtherTasks, FeedForwardOfTimedRunsIsTheMotionOfTheReference) {
   overSeeds([](Dice& dice) {
-    const TrajectoryPoint start = anyStart(dice);
-    auto spec = line(Eigen::Vector3d(0, 0, 0.02) + dice.ball(0.01), 10);
+    const TrajectoryPoint start = anyPoint(dice);
+    auto spec = lineBy(Eigen::Vector3d(0, 0, 0.02) + dice.ball(0.01), 10);
     spec.following = planning::Following::kTimed;
     spec.further = {further(TaskKind::kTipOrientation, 2)};
     spec.further[0].heading = Heading::kWaypoints;
@@ -134,8 +103,8 @@ TEST(FurtherTasks, FeedForwardOfTimedRunsIsTheMotionOfTheReference) {
 TEST(FurtherTasks, DecideAboutAPointOnlyWithATolerance) {
   for (const bool strict : {false, true}) {
     Dice dice(7);
-    const TrajectoryPoint start = anyStart(dice);
-    auto spec = line({0, 0, 0.01}, 5);
+    const TrajectoryPoint start = anyPoint(dice);
+    auto spec = lineBy({0, 0, 0.01}, 5);
     spec.max_iterations = 3;
     spec.further = {further(TaskKind::kTipAxis, 2)};
     spec.further[0].heading = Heading::kWaypoints;
@@ -155,34 +124,6 @@ TEST(FurtherTasks, DecideAboutAPointOnlyWithATolerance) {
     EXPECT_EQ(misses.find("times the tolerance at point 5") != std::string::npos, strict) << misses;
   }
 }
-
-/** Two arms whose joints follow the tracker exactly. */
-struct TaskLoop {
-  Pair pair{"rigid"};
-  planning::ReferenceTracker tracker;
-  planning::TrackResult result;
-  safety::RobotVector q;
-
-  explicit TaskLoop(Method method, const safety::RobotVector& start)
-      : tracker(pair.both.models, pair.both.limits, method, {}, {5.0, 3.0}), q(start) {
-    EXPECT_TRUE(tracker.computeTips(q, result));
-  }
-  planning::TaskReference task(TaskKind kind, const Eigen::Quaterniond& turn = Eigen::Quaterniond::Identity()) const {
-    const auto& entry = *findTaskKind(kind);
-    const kinematics::TaskPlace at = entry.place(result.tip[0].pose, result.tip[1].pose);
-    planning::TaskReference task{kind, 0, entry.relative() ? 1 : 0, at.position};
-    task.orientation = (turn * at.orientation).normalized();
-    return task;
-  }
-  void go(const planning::Reference& reference, int steps) {
-    for (int i = 0; i < steps; ++i) {
-      tracker.step(q, q, reference, result);
-      ASSERT_EQ(result.status, planning::TrackStatus::kOk);
-      q += kStepTime * result.solution.velocity;
-    }
-    tracker.step(q, q, reference, result);
-  }
-};
 
 /// Two tips held, and the kind as third task a few degrees away: all errors vanish.
 TEST(FurtherTasks, EveryMethodReachesAnAttainableThirdTask) {
@@ -231,8 +172,8 @@ TEST(FurtherTasks, StepWithThemAllocatesNothing) {
     planning::Reference reference;
     reference.task_count = 4;
     reference.tasks = {loop.task(TaskKind::kRelativePosition), loop.task(TaskKind::kTipPosition),
-                       loop.task(TaskKind::kTipOrientation, kinematics::rotationBy({0.1, 0, 0})),
-                       loop.task(TaskKind::kRelativeOrientation)};
+                       loop.task(TaskKind::kTipPose, kinematics::rotationBy({0.1, 0, 0})),
+                       loop.task(TaskKind::kRelativePose)};
     loop.tracker.step(loop.q, loop.q, reference, loop.result);
     const std::size_t before = allocationCount();
     for (int i = 0; i < 20; ++i)
@@ -301,7 +242,7 @@ TEST(TaskFreedom, RanksAddUpToThatOfTheStack) {
     std::vector<kinematics::Tip> tips;
     if (!pair.known(pair.both, random, q, tips))
       return;
-    auto spec = line({0, 0, 0.01}, 1);
+    auto spec = lineBy({0, 0, 0.01}, 1);
     spec.further = {further(TaskKind::kTipOrientation, 2)};
     const auto freedom = planning::taskFreedom(pair.both, spec, q);
     ASSERT_EQ(freedom.size(), 3u);
@@ -331,7 +272,7 @@ TEST(TaskFreedom, RanksAddUpToThatOfTheStack) {
 
 TEST(TaskFreedom, NamesTheTasksThatTakeAll) {
   const Pair pair("rigid");
-  auto spec = line({0, 0, 0.01}, 1);
+  auto spec = lineBy({0, 0, 0.01}, 1);
   spec.other_arm = planning::kNoArm;
   spec.further = {further(TaskKind::kTipOrientation, 0), further(TaskKind::kTipAxis, 2)};
   safety::RobotVector q(12);

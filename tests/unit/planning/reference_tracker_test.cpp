@@ -66,7 +66,7 @@ TEST_F(TrackerTest, RefusesReferencesThatMakeNoSense) {
   EXPECT_TRUE(refused([](auto& r) { r.tasks[1].feed_forward.z() = INFINITY; }));
   EXPECT_TRUE(refused([](auto& r) { r.tasks[1].arm = 2; }));
   EXPECT_TRUE(refused([](auto& r) { r.tasks[0].other_arm = 0; }));
-  EXPECT_TRUE(refused([](auto& r) { r.tasks[0].kind = static_cast<planning::TaskKind>(9); }));
+  EXPECT_TRUE(refused([](auto& r) { r.tasks[0].kind = static_cast<planning::TaskKind>(99); }));
   EXPECT_TRUE(refused([](auto& r) { r.task_count = 5; }));
 }
 

@@ -79,6 +79,40 @@ TEST_F(Planar, BackboneEndsAtTheTipAndBodiesKeepTheirDistance) {
   EXPECT_NEAR(kinematics::clearance(a, b).distance, 0.2 - 0.012, 1e-12);
 }
 
+/// Against the general implementation: shape() and central differences.
+TEST_F(Planar, BackboneIsItsShapeWithItsDerivatives) {
+  const kinematics::ArmModel& arm = *model.models()[0];
+  for (int i = 0; i < 50; ++i) {
+    const Eigen::Vector2d q = anywhere();
+    const std::vector<double> s{0.0, random.uniform(0.01, 0.14), random.uniform(0.16, 0.26), 0.3};
+    kinematics::Branch branch;
+    std::vector<kinematics::BackbonePoint> ours;
+    ASSERT_EQ(arm.backbone(q, branch, s, true, ours), ModelStatus::kOk);
+    for (std::size_t k = 0; k < s.size(); ++k) {
+      const auto place = [&](const Eigen::Vector2d& joints) {
+        std::vector<kinematics::BackbonePoint> points;
+        EXPECT_EQ(arm.backbone(joints, branch, {s[k]}, false, points), ModelStatus::kOk);
+        return points[0].position;
+      };
+      for (int j = 0; j < 2; ++j) {
+        const test::Difference slope = test::differentiate(
+            [&](double step) { return Eigen::VectorXd(place(q + step * Eigen::Vector2d::Unit(j))); }, 0.05);
+        EXPECT_LT((slope.value - ours[k].jacobian.col(j)).norm(), 1e-9) << "s " << s[k];
+      }
+    }
+    std::vector<kinematics::ShapePoint> shape;
+    ASSERT_EQ(arm.shape(q, 28, shape), ModelStatus::kOk);  // every 10 mm
+    std::vector<double> places;
+    for (const kinematics::ShapePoint& point : shape)
+      places.push_back(point.s);
+    ASSERT_EQ(arm.backbone(q, branch, places, false, ours), ModelStatus::kOk);
+    for (std::size_t k = 0; k < shape.size(); ++k) {
+      EXPECT_LT((ours[k].position - shape[k].pose.translation()).norm(), 1e-12);
+      EXPECT_LT((ours[k].tangent - shape[k].pose.linear().col(2)).norm(), 1e-12);
+    }
+  }
+}
+
 TEST_F(Planar, EveryMethodMovesTheTipAsAsked) {
   for (int m = 0; m < control::kMethodCount; ++m) {
     const auto method = static_cast<control::Method>(m);
