@@ -96,6 +96,8 @@ TaskResult runMethod(const config::Robot& robot,
   const double within = result.conditions.stop_within > 0.0 ? result.conditions.stop_within : threshold;
   const bool timed = result.conditions.speed > 0.0;
   plan.trajectory.tolerance = within;
+  for (planning::FurtherTask& task : plan.trajectory.further)
+    task.tolerance = within / kinematics::findTaskKind(task.kind)->length();
   if (timed) {
     plan.trajectory.following = planning::Following::kTimed;
     plan.trajectory.speed = result.conditions.speed;
@@ -130,6 +132,8 @@ TaskResult runMethod(const config::Robot& robot,
   result.iterations = summary.iterations;
   result.violations = summary.limit_violations;
   result.gate_actions = summary.gate_actions;
+  if (!summary.further.empty())
+    result.further_error = summary.further.front().errors;
   if (timed) {
     measureTracking(record.rows(), result.outcome != Outcome::kRefused, threshold, result);
     return result;
@@ -180,7 +184,7 @@ std::vector<TaskResult> runTask(const config::Robot& robot,
   const LoopOptions loop = withErrors(options, conditions, seedOf(run.seed, index));
   const control::MethodParameters& p = robot.parameters;
   RandomTask task = randomTask(robot, model, loop, std::min(p.rotation_velocity, p.snsqp_rotation_velocity), run.seed,
-                               index, !outOfReach(run, index));
+                               index, !outOfReach(run, index), run.further);
   if (run.posture)
     task.plan.postures = task.witness;
   std::vector<TaskResult> results;
@@ -194,6 +198,7 @@ std::vector<TaskResult> runTask(const config::Robot& robot,
     result.conditions = conditions;
     result.kind = task.kind;
     result.feasible = task.feasible;
+    result.further = run.further;
     results.push_back(runMethod(robot, model, loop, task.plan, result));
   }
   return results;

@@ -87,7 +87,8 @@ struct MonteCarlo {
   double infeasible = 0.2;  ///< share of tasks that are out of reach
   bool posture = false;     ///< references carry the joints of the path that shows a task to be feasible
   std::vector<control::Method> methods;
-  std::vector<Conditions> cases;  ///< the first one is what the others are compared with
+  planning::TaskKind further = planning::TaskKind::kNone;  ///< a further task in every task: see isRandomKind()
+  std::vector<Conditions> cases;                           ///< the first one is what the others are compared with
 };
 
 enum class Outcome : std::uint8_t {
@@ -122,6 +123,8 @@ struct TaskResult {
   int contacts = 0;            ///< points after whose first iteration bodies of arms overlapped
   double steady_ab = 0.0;      ///< timed: RMS of the true error while the reference stands still at the end, m
   double steady_a = 0.0;
+  planning::TaskKind further = planning::TaskKind::kNone;  ///< kind of the further task
+  ErrorStatistics further_error;  ///< true errors of it, m or rad, over each point's last iteration
 
   /// Whether the run says that it reached every point, and every point was reached in truth.
   bool reached() const { return outcome == Outcome::kCompleted && converged == points; }
@@ -163,6 +166,8 @@ struct MethodSummary {
   int contacts = 0;                               ///< runs on feasible tasks in which bodies touched
   /// Timed: largest true error on the path and RMS in the steady state, m, percentiles as above.
   std::array<double, 3> max_ab{}, max_a{}, steady_ab{}, steady_a{};
+  planning::TaskKind further = planning::TaskKind::kNone;
+  std::array<double, 3> further_error{};  ///< RMS of a run's true errors of the further task, m or rad, percentiles
 
   double rate() const { return feasible > 0 ? static_cast<double>(succeeded) / feasible : 0.0; }
   /// Of the rate, 95 %.

@@ -25,7 +25,8 @@ constexpr const char* kFront = "seed,tasks,task,method";
 constexpr const char* kBack =
     "kind,feasible,outcome,points,converged,iterations,rms_ab,std_ab,max_ab,rms_a,std_a,max_a,violations,held,"
     "gate_actions,stability,snaps,succeeded";
-constexpr const char* kAdded = "contacts,steady_ab,steady_a,snap_energy,snap_distance,reason";
+constexpr const char* kAdded =
+    "contacts,steady_ab,steady_a,snap_energy,snap_distance,reason,further,rms_further,std_further,max_further";
 
 /** Fields of one row by the names of their columns. */
 class Fields {
@@ -109,6 +110,13 @@ TaskResult readRow(Fields& fields) {
   r.snap_distance = fields.numberIfAny<double>("snap_distance");
   if (fields.has("reason"))
     r.reason = fields.text("reason");
+  if (fields.has("further") && !fields.text("further").empty()) {
+    const kinematics::TaskKindEntry* kind = kinematics::findTaskKind(fields.text("further"));
+    if (kind == nullptr || !isRandomKind(kind->kind))
+      fields.fail("a kind of further tasks, or nothing");
+    r.further = kind->kind;
+    r.further_error = readStatistics(fields, "further");
+  }
   // Before contacts were counted, a snap was no failure.
   const bool succeeded = fields.has("contacts") ? r.succeeded() : r.reached();
   if (fields.number<int>("succeeded") != (succeeded ? 1 : 0))
@@ -141,7 +149,9 @@ void writeResults(std::ostream& out, const std::vector<TaskResult>& results) {
     out << ',' << r.violations << ',' << r.held << ',' << r.gate_actions << ',' << number(r.stability) << ',' << r.snaps
         << ',' << (r.succeeded() ? 1 : 0) << ',' << r.contacts << ',' << number(r.steady_ab) << ','
         << number(r.steady_a) << ',' << number(r.snap_energy) << ',' << number(r.snap_distance) << ',' << r.reason
-        << '\n';
+        << ',' << (r.further == planning::TaskKind::kNone ? "" : kinematics::findTaskKind(r.further)->name);
+    const ErrorStatistics& e = r.further_error;
+    out << ',' << number(e.rms) << ',' << number(e.deviation) << ',' << number(e.max) << '\n';
   }
 }
 
@@ -178,7 +188,7 @@ std::vector<TaskResult> merge(std::vector<TaskResult> results) {
   std::map<control::Method, int> methods;
   const TaskResult& first = results.front();
   for (const TaskResult& r : results) {
-    if (r.seed != first.seed || r.tasks != first.tasks) {
+    if (r.seed != first.seed || r.tasks != first.tasks || r.further != first.further) {
       const auto run = [](const TaskResult& of) {
         return std::to_string(of.tasks) + " tasks of seed " + std::to_string(of.seed);
       };

@@ -57,11 +57,20 @@ std::string trackingLine(const MethodSummary& row) {
                 inMillimetres(row.steady_ab, row.relative).c_str(), inMillimetres(row.steady_a).c_str());
 }
 
+std::string furtherLine(const MethodSummary& row) {
+  const ReportUnit unit = reportUnit(row.further);
+  const auto& e = row.further_error;
+  return format("%s: error of %s, RMS of a run, %s, p50 p90 p99: %.3f %.3f %.3f\n",
+                std::string(control::name(row.method)).c_str(),
+                std::string(kinematics::findTaskKind(row.further)->name).c_str(), unit.name, unit.per_si * e[0],
+                unit.per_si * e[1], unit.per_si * e[2]);
+}
+
 }  // namespace
 
 std::vector<MethodSummary> summarise(const std::vector<TaskResult>& results) {
   struct Values {
-    std::vector<double> iterations, ab, a, max_ab, max_a, steady_ab, steady_a;
+    std::vector<double> iterations, ab, a, max_ab, max_a, steady_ab, steady_a, further;
   };
   std::vector<MethodSummary> rows;
   std::vector<Values> values;
@@ -73,6 +82,7 @@ std::vector<MethodSummary> summarise(const std::vector<TaskResult>& results) {
       found = rows.insert(rows.end(), MethodSummary{});
       found->conditions = r.conditions;
       found->method = r.method;
+      found->further = r.further;
       values.emplace_back();
     }
     MethodSummary& row = *found;
@@ -98,6 +108,7 @@ std::vector<MethodSummary> summarise(const std::vector<TaskResult>& results) {
     row.relative = row.relative || r.ab.count > 0;
     all.steady_ab.push_back(r.steady_ab);
     all.steady_a.push_back(r.steady_a);
+    all.further.push_back(r.further_error.rms);
     row.contacts += r.contacts > 0 ? 1 : 0;
     if (r.succeeded()) {
       ++row.succeeded;
@@ -112,6 +123,7 @@ std::vector<MethodSummary> summarise(const std::vector<TaskResult>& results) {
     rows[i].max_a = percentiles(std::move(values[i].max_a));
     rows[i].steady_ab = percentiles(std::move(values[i].steady_ab));
     rows[i].steady_a = percentiles(std::move(values[i].steady_a));
+    rows[i].further_error = percentiles(std::move(values[i].further));
   }
   return rows;
 }
@@ -172,6 +184,8 @@ std::string formatTable(const std::vector<MethodSummary>& rows, const std::vecto
       for (std::size_t i = first; i < end; ++i)
         text += trackingLine(rows[i]);
     }
+    for (std::size_t i = first; i < end; ++i)
+      text += rows[i].further == planning::TaskKind::kNone ? "" : furtherLine(rows[i]);
     for (std::size_t i = first; i < end; ++i) {
       const MethodSummary& row = rows[i];
       if (row.snaps > 0)

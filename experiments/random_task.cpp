@@ -98,6 +98,34 @@ bool inside(const RobotModel& model, const safety::RobotVector& q) {
   return true;
 }
 
+/// Adds the further task to a trajectory without one.
+void addFurther(planning::TaskKind kind, planning::TrajectorySpec& spec) {
+  if (kind == planning::TaskKind::kNone)
+    return;
+  planning::FurtherTask task;
+  task.kind = kind;
+  task.other_arm = task.relative() ? 1 : 0;
+  spec.tip_task = kind != planning::TaskKind::kTipPose;
+  if (kind == planning::TaskKind::kRelativePose)
+    spec.other_arm = planning::kNoArm;
+  else
+    task.priority = spec.taskCount();
+  spec.further.push_back(task);
+}
+
+/// The point at which the plant is, with the place of a further task.
+planning::TrajectoryPoint pointOf(const planning::TrajectorySpec& spec, const sim::PlantTips& tips) {
+  planning::TrajectoryPoint at = planning::positionsAt(spec, [&](int arm) { return tips.pose(arm); });
+  for (std::size_t k = 0; k < spec.further.size(); ++k) {
+    const planning::FurtherTask& task = spec.further[k];
+    kinematics::TaskPlace& place = at.further[k];
+    place = kinematics::findTaskKind(task.kind)->place(tips.pose(task.arm), tips.pose(task.other_arm));
+    if (task.kind == planning::TaskKind::kLookAt)
+      place.position += kSight * tips.pose(task.arm).linear().col(2);
+  }
+  return at;
+}
+
 /// The path, if it stays inside all limits, the plant follows it without a snap, and it is not too long.
 bool follow(const RobotModel& model,
             const planning::TrajectorySpec& spec,
@@ -128,7 +156,7 @@ bool follow(const RobotModel& model,
     if (now != snaps)
       return false;
     tips.store(path.placed[path.at.size()]);
-    const auto at = planning::positionsAt(spec, [&](int arm) { return tips.pose(arm); });
+    const planning::TrajectoryPoint at = pointOf(spec, tips);
     path.length.push_back(path.at.empty()
                               ? 0.0
                               : path.length.back() + std::max((at.tip - path.at.back().tip).norm(),
@@ -190,13 +218,19 @@ bool goes(control::StepProblem& problem,
 }
 
 /// Moves the last third of the tip's targets to where the arm cannot reach.
-void putOutOfReach(const config::Arm& arm, Draw& draw, std::vector<planning::TrajectoryPoint>& points) {
+void putOutOfReach(const config::Arm& arm,
+                   const planning::TrajectorySpec& spec,
+                   Draw& draw,
+                   std::vector<planning::TrajectoryPoint>& points) {
   const Eigen::Vector3d entry = arm.model.base.translation();
   // 25 %: an error of the plant's length of five standard deviations of 5 %.
   const double reach = 1.25 * arm.model.tubes.front().length() + arm.model.tool.translation().norm();
   const double beyond = reach + kBeyond + draw.uniform(0.0, kSpread);
-  for (std::size_t i = points.size() - points.size() / 3; i < points.size(); ++i)
+  for (std::size_t i = points.size() - points.size() / 3; i < points.size(); ++i) {
     points[i].tip = entry + beyond * (points[i].tip - entry).normalized();
+    if (!spec.tip_task)
+      points[i].further[0].position = points[i].tip;
+  }
 }
 
 }  // namespace
@@ -204,6 +238,11 @@ void putOutOfReach(const config::Arm& arm, Draw& draw, std::vector<planning::Tra
 std::string_view name(PathKind kind) {
   constexpr std::array<std::string_view, kPathKinds> kNames{"line", "circle", "lissajous"};
   return kNames[static_cast<std::size_t>(kind)];
+}
+
+bool isRandomKind(planning::TaskKind kind) {
+  const kinematics::TaskKindEntry* entry = kinematics::findTaskKind(kind);
+  return entry != nullptr && isFurther(kind) && entry->point == kinematics::TaskPoint::kTip;
 }
 
 std::uint64_t seedOf(std::uint64_t seed, int index) {
@@ -220,7 +259,8 @@ RandomTask randomTask(const config::Robot& robot,
                       double rotation,
                       std::uint64_t seed,
                       int index,
-                      bool feasible) {
+                      bool feasible,
+                      planning::TaskKind further) {
   Draw draw(seedOf(seed, index));
   std::vector<planning::JointSampler> samplers;
   for (const config::Arm& arm : robot.arms)
@@ -235,6 +275,7 @@ RandomTask randomTask(const config::Robot& robot,
   spec.point_duration = 1.0;
   if (model.armCount() < 2)
     spec.other_arm = planning::kNoArm;
+  addFurther(further, spec);
   const double time = spec.max_iterations * options.control_period;
   Path path;
   for (int attempt = 0; attempt < kTries; ++attempt) {
@@ -261,7 +302,9 @@ RandomTask randomTask(const config::Robot& robot,
         task.witness.push_back(path.q[i]);
     }
     if (!feasible)
-      putOutOfReach(robot.arms.front(), draw, task.plan.points);
+      putOutOfReach(robot.arms.front(), spec, draw, task.plan.points);
+    if (!spec.further.empty())
+      spec.further[0].target = path.at.front().further[0].position;
     spec.name = std::string(name(task.kind));
     spec.point_count = static_cast<int>(chosen.size());
     task.plan.key = {spec.name, std::to_string(index), control::Method::kNspqp};

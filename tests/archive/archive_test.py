@@ -207,7 +207,7 @@ class Tables(system.SystemTest):
         merged, old = rows(self.folder / "all.csv"), rows(OLD / "csv" / "all.csv")
         self.assertEqual({name: merged[name] for name in old}, old)
         for name in merged.keys() - old.keys():  # added since: a source of error, or the reason of a refusal
-            self.assertEqual(set(merged[name]), {"" if name == "reason" else "0"}, name)
+            self.assertEqual(set(merged[name]), {"" if name in ("reason", "further") else "0"}, name)
         subprocess.run(["/usr/bin/python3", system.SOURCE / "experiments" / "figures.py", OLD / "csv" / "experiment",
                         self.folder / "figures"], check=True, capture_output=True)
         self.assertTrue(list((self.folder / "figures").glob("*.png")))

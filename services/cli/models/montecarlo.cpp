@@ -28,6 +28,7 @@ namespace fs = std::filesystem;
 struct MonteCarloCommand {
   std::string deployment = "lockstep", model, plant, feedback = "sensor", shard = "0/1", csv;
   FigureOptions figure;
+  std::string further;
   std::vector<std::string> methods, set, shards;
   std::array<std::vector<std::string>, ex::kConditions.size()> conditions;
   int tasks = 1000, jobs = 0;
@@ -124,6 +125,20 @@ std::vector<control::TunableParameter> settable() {
   return all;
 }
 
+/// The kind of the further tasks; kNone: none.
+planning::TaskKind furtherOf(const MonteCarloCommand& options, std::size_t arms) {
+  if (options.further.empty())
+    return planning::TaskKind::kNone;
+  const kinematics::TaskKindEntry* kind = kinematics::findTaskKind(options.further);
+  if (kind == nullptr || !ex::isRandomKind(kind->kind))
+    throw Failure(kUsage, "--further: found '" + options.further +
+                              "', expected axis, orientation, relative_orientation, look_at, pose or relative_pose");
+  if (kind->relative() && arms < 2)
+    throw Failure(kUsage,
+                  "--further: found '" + options.further + "', expected a kind of one tip: the robot has one arm");
+  return kind->kind;
+}
+
 void setParameters(const MonteCarloCommand& options, control::MethodParameters& parameters) {
   const std::vector<control::TunableParameter> all = settable();
   std::string names;
@@ -159,7 +174,8 @@ std::vector<ex::TaskResult> runShards(const MonteCarloCommand& options) {
   config::Robot robot = config::loadRobot(deployment.robot);
   setParameters(options, robot.parameters);
   const ex::MonteCarlo run{options.seed,    options.tasks,      options.infeasible,
-                           options.posture, methodsOf(options), casesOf(options)};
+                           options.posture, methodsOf(options), furtherOf(options, robot.arms.size()),
+                           casesOf(options)};
   config::setReadingErrors(ex::worstEncoders(run, deployment.plant.encoders), robot);
   const std::string model_name = options.model.empty() ? deployment.model : options.model;
   const ex::RobotModel model(robot, model_name);
@@ -204,6 +220,11 @@ nlohmann::ordered_json monteCarloJson(const std::vector<ex::MethodSummary>& rows
     line["snap_energy_mJ"] = 1e3 * row.snap_energy;
     line["snap_distance_mm"] = 1e3 * row.snap_distance;
     line["runs_with_contact"] = row.contacts;
+    if (row.further != planning::TaskKind::kNone) {
+      const auto [per_si, unit] = ex::reportUnit(row.further);
+      line["further"] = kinematics::findTaskKind(row.further)->name;
+      line[std::string("rms_further_") + unit] = percentiles(row.further_error, per_si);
+    }
     if (row.conditions.speed > 0.0) {
       line["max_ab_mm"] = percentiles(row.max_ab, 1e3);
       line["max_a_mm"] = percentiles(row.max_a, 1e3);
@@ -298,6 +319,9 @@ void registerMonteCarlo(CLI::App& app, int& exit_code) {
   command->add_option("--infeasible", options->infeasible, "share of tasks whose last targets are out of reach")
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
+  command->add_option("--further", options->further,
+                      "kind of a further task in every task: axis, orientation, relative_orientation, look_at, pose or "
+                      "relative_pose (default: none)");
   command->add_flag("--posture", options->posture, "give the methods the joint path of each task as a posture");
   command->add_option("--set", options->set, "parameter of the methods, NAME=VALUE in SI; may be repeated");
   command
