@@ -128,7 +128,7 @@ struct Cycle {
       q.segment(static_cast<Eigen::Index>(arm) * size, size) = joints[arm][static_cast<std::size_t>(k % kMost)];
     return q;
   }
-  /// These tasks, 0.5 mm and 1 deg away.
+  /// These tasks, 0.5 mm and 1 deg away; of the shaft beside the tip's axis, 50 mm behind the tip.
   planning::Reference reference(const std::vector<planning::TaskKind>& kinds) const {
     planning::Reference reference;
     const auto pose = [&](int arm) { return result.tip[static_cast<std::size_t>(arm)].pose; };
@@ -139,6 +139,8 @@ struct Cycle {
       planning::TaskReference& task = reference.tasks[static_cast<std::size_t>(reference.task_count++)];
       task = {kind, 0, other, place.position + Eigen::Vector3d(0, 5e-4, 0)};
       task.orientation = kinematics::rotationBy({0.0175, 0, 0}) * place.orientation;
+      if (entry.point == kinematics::TaskPoint::kShaft)
+        task.position -= 0.05 * pose(0).linear().col(2);
     }
     return reference;
   }
@@ -193,6 +195,9 @@ std::map<std::string, Case> cases() {
   using enum planning::TaskKind;
   all["cycle, one arm, tip"] = cycle(1, {kTipPosition});
   all["cycle, one arm, tip and orientation"] = cycle(1, {kTipPosition, kTipOrientation});
+  all["cycle, one arm, pose"] = cycle(1, {kTipPose});
+  all["cycle, one arm, remote centre and tip"] = cycle(1, {kRemoteCentre, kTipPosition});
+  all["cycle, two arms, relative pose as one task, tip"] = cycle(2, {kRelativePose, kTipPosition});
   all["cycle, two arms, positions"] = cycle(2, {kRelativePosition, kTipPosition});
   all["cycle, two arms, positions and axis"] = cycle(2, {kRelativePosition, kTipPosition, kTipAxis});
   all["cycle, two arms, relative pose and tip"] = cycle(2, {kRelativePosition, kRelativeOrientation, kTipPosition});
