@@ -43,12 +43,12 @@ class DeterminantTrack {
   template <class Interior>
   void add(double s_begin, double s_end, const Place& begin, const Place& end, const Interior& interior) {
     propose(determinant(end.z), s_end);
-    if (valueOf(determinantSlope(begin)) >= 0.0 || valueOf(determinantSlope(end)) <= 0.0)
+    if (determinantSlope(begin) >= 0.0 || determinantSlope(end) <= 0.0)
       return;
     double low = 0.0, high = 1.0;  // the determinant's slope changes from negative to positive between them
     for (int i = 0; i < kBisections; ++i) {
       const double middle = 0.5 * (low + high);
-      (valueOf(determinantSlope(interior(middle))) < 0.0 ? low : high) = middle;
+      (determinantSlope(interior(middle)) < 0.0 ? low : high) = middle;
     }
     const double x = 0.5 * (low + high);
     propose(determinant(interior(x).z), s_begin + x * (s_end - s_begin));
@@ -87,17 +87,23 @@ class DeterminantTrack {
     else
       return eliminated(m);
   }
-  /// By elimination with row pivots.
-  static Scalar eliminated(Square m) {
+  /// Row of the largest number of column k from the diagonal down.
+  template <class Matrix>
+  static int pivotRow(const Matrix& m, int k) {
     using std::abs;
-    Scalar product(1.0);
+    int pivot = k;
+    for (int i = k + 1; i < kSize; ++i) {
+      if (abs(m(i, k)) > abs(m(pivot, k)))
+        pivot = i;
+    }
+    return pivot;
+  }
+  /// By elimination with row pivots.
+  template <class Matrix>
+  static typename Matrix::Scalar eliminated(Matrix m) {
+    typename Matrix::Scalar product(1.0);
     for (int k = 0; k < kSize; ++k) {
-      int pivot = k;
-      for (int i = k + 1; i < kSize; ++i) {
-        if (abs(m(i, k)) > abs(m(pivot, k)))
-          pivot = i;
-      }
-      if (pivot != k) {
+      if (const int pivot = pivotRow(m, k); pivot != k) {
         m.row(k).swap(m.row(pivot));
         product = -product;
       }
@@ -105,7 +111,7 @@ class DeterminantTrack {
       if (m(k, k) == 0.0)
         return product;
       for (int i = k + 1; i < kSize; ++i) {
-        const Scalar factor = m(i, k) / m(k, k);
+        const typename Matrix::Scalar factor = m(i, k) / m(k, k);
         for (int j = k + 1; j < kSize; ++j)
           m(i, j) -= factor * m(k, j);
       }
@@ -125,15 +131,55 @@ class DeterminantTrack {
     sum += minor(0, 2, 3) * minor(2, 0, 1);
     return sum;
   }
-  /// d det Z = sum over columns of det(Z with the column replaced by its derivative); holds for singular Z too.
-  static Scalar determinantSlope(const Place& place) {
-    Scalar sum(0.0);
-    for (int j = 0; j < kSize; ++j) {
-      Square replaced = place.z;
-      replaced.col(j) = place.slope.col(j);
-      sum += determinant(replaced);
+  /// Derivative of det Z by x; holds for singular Z too.
+  static double determinantSlope(const Place& place) {
+    const SquareForm z = valuesOf(place.z), slope = valuesOf(place.slope);
+    if constexpr (kSize == 4)
+      return laplaceSlope(z, slope);
+    else
+      return eliminatedSlope(z, slope);
+  }
+  /// The slope of the sum of products of minors.
+  static double laplaceSlope(const SquareForm& z, const SquareForm& slope) {
+    const auto product = [&](int a, int b, int c, int d) {
+      const double upper = z(0, a) * z(1, b) - z(0, b) * z(1, a), lower = z(2, c) * z(3, d) - z(2, d) * z(3, c);
+      const double upper_slope =
+          slope(0, a) * z(1, b) + z(0, a) * slope(1, b) - slope(0, b) * z(1, a) - z(0, b) * slope(1, a);
+      const double lower_slope =
+          slope(2, c) * z(3, d) + z(2, c) * slope(3, d) - slope(2, d) * z(3, c) - z(2, d) * slope(3, c);
+      return upper_slope * lower + upper * lower_slope;
+    };
+    return product(0, 1, 2, 3) - product(0, 2, 1, 3) + product(0, 3, 1, 2) + product(1, 2, 0, 3) - product(1, 3, 0, 2) +
+           product(2, 3, 0, 1);
+  }
+  /// The slope by the elimination that gives the determinant.
+  static double eliminatedSlope(SquareForm z, SquareForm slope) {
+    double product = 1.0, product_slope = 0.0;
+    for (int k = 0; k < kSize; ++k) {
+      if (const int pivot = pivotRow(z, k); pivot != k) {
+        z.row(k).swap(z.row(pivot));
+        slope.row(k).swap(slope.row(pivot));
+        product = -product;
+        product_slope = -product_slope;
+      }
+      if (z(k, k) == 0.0) {  // to first order, the determinant is that with the slope of this column
+        z.topRows(k).setIdentity();
+        z.col(k).tail(kSize - k) = slope.col(k).tail(kSize - k);
+        z.bottomLeftCorner(kSize - k, k).setZero();
+        return product * eliminated<SquareForm>(z);
+      }
+      product_slope = product_slope * z(k, k) + product * slope(k, k);
+      product *= z(k, k);
+      for (int i = k + 1; i < kSize; ++i) {
+        const double factor = z(i, k) / z(k, k);
+        const double factor_slope = (slope(i, k) - factor * slope(k, k)) / z(k, k);
+        for (int j = k + 1; j < kSize; ++j) {
+          slope(i, j) -= factor_slope * z(k, j) + factor * slope(k, j);
+          z(i, j) -= factor * z(k, j);
+        }
+      }
     }
-    return sum;
+    return product_slope;
   }
 
   Scalar minimum_{1.0};

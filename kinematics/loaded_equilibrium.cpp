@@ -108,10 +108,12 @@ bool LoadedEquilibrium::start(const JointsRef& q, const Branch& branch, Place& p
     return false;
   Segmentation parts;
   segment(arm_, place.q, parts);
-  const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(place.q).beta, unloaded.theta, 1.0, StepDepth::kPose);
-  root.guess = {unloaded.theta, sweep.endRotation()};
+  const TubeVector beta = TubeJoints(place.q).beta;
+  const EndAngleSweep<double> pose(arm_, parts, beta, unloaded.theta, 1.0, StepDepth::kPose);
+  root.guess = {unloaded.theta, pose.endRotation()};
   root.snapped = unloaded.snapped;
-  return correct(place, kLoadedLongestFix, LoadedDepth::kPath, true, root);
+  root.linearise(LoadedSweep(arm_, parts, beta, root.guess, place.wrench, LoadedDepth::kDerivatives));
+  return true;
 }
 
 /// Follows the straight path through stable equilibria.

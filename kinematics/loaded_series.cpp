@@ -36,9 +36,9 @@ TubeVector LoadedState::torque(const LoadedPart& part) const {
   return torque;
 }
 
-LoadedSeries::LoadedSeries(const LoadedPart& part, const LoadedState& start, double length)
+LoadedSeries::LoadedSeries(const LoadedPart& part, const LoadedState& start, double length, const Tolerance& tolerance)
     : part_(part), start_(start), length_(length) {
-  const int least = leastOrder();
+  const int least = leastOrder(tolerance.derivatives);
   for (int c = 0; c < part_.curved_count; ++c) {
     a_.psi[0][c] = start_.psi[part_.curved[c]];
     a_.torsion[0][c] = start_.torsion[part_.curved[c]];
@@ -55,20 +55,19 @@ LoadedSeries::LoadedSeries(const LoadedPart& part, const LoadedState& start, dou
     order_ = k;
     before = last;
     last = size(k);
-    if (k >= least && std::max(last, before) < kTolerance)
+    if (k >= least && std::max(last, before) < tolerance.terms)
       return;
   }
-  if (std::max(last, before) >= kTolerance)
-    shorten(0.8 * std::pow(kTolerance / std::max(last, before), 1.0 / kMaxOrder));
+  if (std::max(last, before) >= tolerance.terms)
+    shorten(0.8 * std::pow(tolerance.terms / std::max(last, before), 1.0 / kMaxOrder));
 }
 
 /// Order at which the derivatives' series, bounded by exp(mu x) past the polynomial by which a force shifts the end,
 /// have converged; shortens the piece if no order is sufficient. So short a piece has no conjugate point of its own,
 /// which needs pi.
-int LoadedSeries::leastOrder() {
-  constexpr double kLargest = 1.5;          // exp(1.5 x) needs 15 terms
-  constexpr double kOfDerivatives = 1e-10;  // relative
-  constexpr int kPolynomial = 4;            // force, moment, curvature, turn, shift
+int LoadedSeries::leastOrder(double of_derivatives) {
+  constexpr double kLargest = 1.5;  // exp(1.5 x) needs 15 terms for 1e-10
+  constexpr int kPolynomial = 4;    // force, moment, curvature, turn, shift
   double b_sum = 0.0, g_max = 0.0, twist = 0.0;
   for (int c = 0; c < part_.curved_count; ++c) {
     const int i = part_.curved[c];
@@ -85,7 +84,7 @@ int LoadedSeries::leastOrder() {
     mu = kLargest;
   }
   int order = 0;
-  for (double term = 1.0; term > kOfDerivatives && order + kPolynomial < kMaxOrder; term *= mu / order)
+  for (double term = 1.0; term > of_derivatives && order + kPolynomial < kMaxOrder; term *= mu / order)
     ++order;
   return order + kPolynomial;
 }
@@ -191,8 +190,13 @@ void LoadedSeries::shorten(double ratio) {
   }
 }
 
-LoadedState LoadedSeries::at(double x) const {
-  LoadedState state = start_;
+LoadedPoint LoadedSeries::at(double x) const {
+  LoadedPoint point;
+  point.x = x;
+  point.rotation << horner(x, a_.r1, order_ + 2), horner(x, a_.r2, order_ + 2), horner(x, a_.r3, order_ + 2);
+  point.position = horner(x, a_.p, order_ + 2);
+  LoadedState& state = point.state;
+  state = start_;
   state.psi -= x * length_ * part_.compliance.cwiseProduct(start_.torsion);
   for (int c = 0; c < part_.curved_count; ++c) {
     double psi = 0.0, torsion = 0.0;
@@ -204,16 +208,8 @@ LoadedState LoadedSeries::at(double x) const {
     state.torsion[part_.curved[c]] = torsion;
   }
   state.moment = {horner(x, a_.mx, order_ + 2), horner(x, a_.my, order_ + 2)};
-  state.force = rotation(x).transpose() * start_.force;
-  return state;
+  state.force = point.rotation.transpose() * start_.force;
+  return point;
 }
-
-Eigen::Matrix3d LoadedSeries::rotation(double x) const {
-  Eigen::Matrix3d result;
-  result << horner(x, a_.r1, order_ + 2), horner(x, a_.r2, order_ + 2), horner(x, a_.r3, order_ + 2);
-  return result;
-}
-
-Eigen::Vector3d LoadedSeries::position(double x) const { return horner(x, a_.p, order_ + 2); }
 
 }  // namespace tandem::kinematics

@@ -34,6 +34,14 @@ struct LoadedState {
   TubeVector torque(const LoadedPart& part) const;
 };
 
+/** State and frame at a point of a piece. */
+struct LoadedPoint {
+  double x;  ///< of the piece, 0 at its distal end, 1 at the other
+  LoadedState state;
+  Eigen::Matrix3d rotation;  ///< frame in that of the distal end
+  Eigen::Vector3d position;  ///< m
+};
+
 /** Solution of a piece, in powers of x = sigma / length; sigma runs backwards from its distal end.
  *
  * In the moving frame, with the moment m and the force n of the part of the arm in front of it:
@@ -45,17 +53,21 @@ struct LoadedState {
 class LoadedSeries {
  public:
   static constexpr int kMaxOrder = 22;
-  static constexpr double kTolerance = 1e-12;  ///< of the last terms, rad
+  /// At which a series ends.
+  struct Tolerance {
+    double terms;        ///< the last ones, rad
+    double derivatives;  ///< relative
+  };
+  static constexpr Tolerance kExact{1e-12, 1e-10};
+  static constexpr Tolerance kCoarse{1e-9, 1e-5};  ///< for a step of Newton's method that another one follows
 
   /// Expands about the distal end. The series converges on x in [0, 1] in the shortened length().
-  LoadedSeries(const LoadedPart& part, const LoadedState& start, double length);
+  LoadedSeries(const LoadedPart& part, const LoadedState& start, double length, const Tolerance& tolerance);
 
   const LoadedPart& part() const { return part_; }
   double length() const { return length_; }  ///< m, at most the requested one
   int order() const { return order_; }       ///< curvatures have terms 0..order
-  LoadedState at(double x) const;
-  Eigen::Matrix3d rotation(double x) const;
-  Eigen::Vector3d position(double x) const;
+  LoadedPoint at(double x) const;
 
   /// Terms, for the series of derivatives: of curved tubes (b_i cos psi_i, b_i sin psi_i, their part
   /// b_i (u_y cos psi_i - u_x sin psi_i) of the torque's derivative), curvature, moment along z, force, axes of R.
@@ -70,7 +82,7 @@ class LoadedSeries {
   const Coefficients& terms() const { return a_; }
 
  private:
-  int leastOrder();
+  int leastOrder(double of_derivatives);
   void expand(int k);
   void expandTubes(int k);
   void expandBackbone(int k);

@@ -71,25 +71,31 @@ Track::Square byMoments(const LoadedSeries& series, const rows::Columns<N>& tran
 
 }  // namespace
 
-/// Columns by a variation of the end, its own turn included.
-LoadedSweep::Variations LoadedSweep::variations() const {
+/// Columns by a variation of the end, its own turn included. @param rotation of the present frame
+LoadedSweep::Variations LoadedSweep::variations(const Matrix3d& rotation) const {
   Variations result = columns_.middleCols<6>(kForce).lazyProduct(load_by_variation_);
   result.leftCols<kMaxTubes>() += columns_.leftCols<kMaxTubes>();
-  result.block<3, 2>(rows::kTurn, kMaxTubes) += rotation_.transpose().leftCols<2>();
+  result.block<3, 2>(rows::kTurn, kMaxTubes) += rotation.transpose().leftCols<2>();
   return result;
 }
 
 /// Adds a piece that begins at the present position, for the minimum and the index of DeterminantTrack.
+/// @param start variations there; the columns are those at the end
 template <int N>
-void LoadedSweep::track(const LoadedSeries& series, const LoadedColumns<N>& basis, const Columns<N>& transition) {
+void LoadedSweep::track(const LoadedSeries& series,
+                        const LoadedColumns<N>& basis,
+                        const Columns<N>& transition,
+                        const LoadedPoint& end,
+                        const Variations& start) {
   const LoadedPart& part = series.part();
   const double length = series.length();
-  const Variations start = variations();
-  const auto at = [&](double x, const Columns<N>& here) {
-    return place(part, series.at(x), rows::carried<N, kVariation>(series, here, x, start), length);
+  const auto within = [&](double x) {
+    const LoadedPoint point = series.at(x);
+    const Columns<N> here = rows::endOf<N>(part, basis.at(point));
+    return place(part, point.state, rows::carried<N, kVariation>(series, here, point, start), length);
   };
-  const auto within = [&](double x) { return at(x, rows::endOf<N>(part, basis.at(x))); };
-  const Track::Place distal = place(part, state_, start, length), proximal = at(1.0, transition);
+  const Track::Place distal = place(part, state_, start, length);
+  const Track::Place proximal = place(part, end.state, variations(rotation_ * end.rotation), length);
   if (depth_ == LoadedDepth::kTip) {
     // In halves, because the determinant begins level at the arm's end.
     const Track::Place middle = within(0.5);
@@ -100,11 +106,31 @@ void LoadedSweep::track(const LoadedSeries& series, const LoadedColumns<N>& basi
   count(distal.z.transpose() * byMoments(series, transition).partialPivLu().solve(proximal.z));
 }
 
-template void LoadedSweep::track(const LoadedSeries&, const LoadedColumns<6>&, const Columns<6>&);
-template void LoadedSweep::track(const LoadedSeries&, const LoadedColumns<8>&, const Columns<8>&);
-template void LoadedSweep::track(const LoadedSeries&, const LoadedColumns<10>&, const Columns<10>&);
-template void LoadedSweep::track(const LoadedSeries&, const LoadedColumns<12>&, const Columns<12>&);
-template void LoadedSweep::track(const LoadedSeries&, const LoadedColumns<14>&, const Columns<14>&);
+template void LoadedSweep::track(const LoadedSeries&,
+                                 const LoadedColumns<6>&,
+                                 const Columns<6>&,
+                                 const LoadedPoint&,
+                                 const Variations&);
+template void LoadedSweep::track(const LoadedSeries&,
+                                 const LoadedColumns<8>&,
+                                 const Columns<8>&,
+                                 const LoadedPoint&,
+                                 const Variations&);
+template void LoadedSweep::track(const LoadedSeries&,
+                                 const LoadedColumns<10>&,
+                                 const Columns<10>&,
+                                 const LoadedPoint&,
+                                 const Variations&);
+template void LoadedSweep::track(const LoadedSeries&,
+                                 const LoadedColumns<12>&,
+                                 const Columns<12>&,
+                                 const LoadedPoint&,
+                                 const Variations&);
+template void LoadedSweep::track(const LoadedSeries&,
+                                 const LoadedColumns<14>&,
+                                 const Columns<14>&,
+                                 const LoadedPoint&,
+                                 const Variations&);
 
 void LoadedSweep::count(const Variation& form) {
   if (has_potential_)
@@ -115,7 +141,7 @@ void LoadedSweep::count(const Variation& form) {
 
 /// Behind the entry point the backbone is guided: modelled as a very stiff constraint of its direction.
 TubeVector LoadedSweep::trackTransmission(const LoadedPart& entry) {
-  const Variations columns = variations();
+  const Variations columns = variations(rotation_);
   const Variation z = variationOf(entry, columns);
   const auto moment = columns.middleRows<kMaxTubes>(rows::kTorsion);
   Variation motor = z;
@@ -139,7 +165,8 @@ TubeVector LoadedSweep::trackTransmission(const LoadedPart& entry) {
       force.row(i) /= std::max(compliance[i], kShortestTransmission * entry.compliance[i]);
   }
   force.bottomRows<2>() *= entry.total / kShortestTransmission;
-  count(z.transpose() * force);
+  if (depth_ >= LoadedDepth::kPath)
+    count(z.transpose() * force);
   return compliance;
 }
 

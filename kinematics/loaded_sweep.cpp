@@ -134,52 +134,56 @@ void LoadedSweep::enter(const LoadedPart& part, const LoadedPart* distal, int ow
 }
 
 void LoadedSweep::cross(const LoadedPart& part, const Segmentation::Interval& interval) {
+  const auto& tolerance = depth_ < LoadedDepth::kPath ? LoadedSeries::kCoarse : LoadedSeries::kExact;
   double left = interval.end - interval.start;
   for (int pieces = 0; left > 0.0; ++pieces) {
-    const LoadedSeries series(part, state_, left);
+    const LoadedSeries series(part, state_, left, tolerance);
     if (pieces > kMaxPieces) {  // excessive load: NaN, because there is no solution
       state_.psi.setConstant(std::numeric_limits<double>::quiet_NaN());
       rotation_.setConstant(std::numeric_limits<double>::quiet_NaN());
       return;
     }
     sample(series);
+    const LoadedPoint end = series.at(1.0);
     if (depth_ == LoadedDepth::kUnknowns && arm_.tubeCount() < kMaxTubes)
-      takeUnknowns<kMostUnknowns - 2>(series);
+      takeUnknowns<kMostUnknowns - 2>(series, end);
     else if (depth_ == LoadedDepth::kUnknowns)
-      takeUnknowns<kMostUnknowns>(series);
+      takeUnknowns<kMostUnknowns>(series, end);
     else if (part.curved_count == 0)
-      takeAll<6>(series);
+      takeAll<6>(series, end);
     else if (part.curved_count == 1)
-      takeAll<8>(series);
+      takeAll<8>(series, end);
     else if (part.curved_count == 2)
-      takeAll<10>(series);
+      takeAll<10>(series, end);
     else if (part.curved_count == 3)
-      takeAll<12>(series);
+      takeAll<12>(series, end);
     else
-      takeAll<14>(series);
+      takeAll<14>(series, end);
     left -= series.length();
-    position_ += rotation_ * series.position(1.0);
-    rotation_ *= series.rotation(1.0);
-    state_ = series.at(1.0);
+    position_ += rotation_ * end.position;
+    rotation_ *= end.rotation;
+    state_ = end.state;
     s_ = interval.start + left;
   }
 }
 
 template <int N>
-void LoadedSweep::takeUnknowns(const LoadedSeries& series) {
+void LoadedSweep::takeUnknowns(const LoadedSeries& series, const LoadedPoint& end) {
   const Columns<N> start = by_unknown_.leftCols<N>();
   const LoadedColumns<N> columns(series, rows::givenStart<N>(series.part(), start), false);
-  Columns<N> end = rows::endOf<N>(series.part(), columns.at(1.0));
-  rows::addPassive(series, 1.0, start, end);
-  by_unknown_.leftCols<N>() = end;
+  Columns<N> result = rows::endOf<N>(series.part(), columns.at(end));
+  rows::addPassive(series, end, start, result);
+  by_unknown_.leftCols<N>() = result;
 }
 
 template <int N>
-void LoadedSweep::takeAll(const LoadedSeries& series) {
+void LoadedSweep::takeAll(const LoadedSeries& series, const LoadedPoint& end) {
   const LoadedColumns<N> basis(series, rows::unitStart<N>(series.part().curved_count), true);
-  const Columns<N> transition = rows::endOf<N>(series.part(), basis.at(1.0));
-  track(series, basis, transition);
-  columns_ = rows::carried<N, kColumns>(series, transition, 1.0, columns_);
+  const Columns<N> transition = rows::endOf<N>(series.part(), basis.at(end));
+  const Variations start = variations(rotation_);
+  columns_ = rows::carried<N, kColumns>(series, transition, end, columns_);
+  if (depth_ >= LoadedDepth::kPath)
+    track(series, basis, transition, end, start);
 }
 
 /// Fills the samples of a piece that begins at the present position.
@@ -189,9 +193,9 @@ void LoadedSweep::sample(const LoadedSeries& series) {
   for (; unsampled_ > 0 && (*samples_)[unsampled_ - 1].s >= s_ - series.length() - kRounding; --unsampled_) {
     ShapePoint& point = (*samples_)[unsampled_ - 1];
     const double x = std::clamp((s_ - point.s) / series.length(), 0.0, 1.0);
-    const LoadedState state = series.at(x);
-    point.pose.linear() = rotation_ * series.rotation(x);
-    point.pose.translation() = position_ + rotation_ * series.position(x);
+    const auto [at, state, rotation, position] = series.at(x);
+    point.pose.linear() = rotation_ * rotation;
+    point.pose.translation() = position_ + rotation_ * position;
     point.curvature = state.bend(part);
     point.psi.fill(std::numeric_limits<double>::quiet_NaN());
     point.moment.fill(std::numeric_limits<double>::quiet_NaN());

@@ -23,9 +23,10 @@ struct LoadedGuess {
 
 /** Requested outputs of a sweep. */
 enum class LoadedDepth {
-  kUnknowns,  ///< residual and its derivatives by the unknowns
-  kPath,      ///< also those by wrench and translations, the tip, and the conjugate points
-  kTip,       ///< also the determinant's minimum
+  kUnknowns,  ///< residual and its derivatives by the unknowns, as exact as Newton's method needs far from a solution
+  kDerivatives,  ///< also those by wrench and translations, and the tip
+  kPath,         ///< exact; also the conjugate points
+  kTip,          ///< also the determinant's minimum
 };
 
 /** Special Cosserat rods without shear and extension (Rucker, Jones and Webster 2010), integrated from a guess of the
@@ -93,14 +94,18 @@ class LoadedSweep {
   void enter(const LoadedPart& part, const LoadedPart* distal, int owner);
   void cross(const LoadedPart& part, const Segmentation::Interval& interval);
   template <int N>
-  void takeUnknowns(const LoadedSeries& series);
+  void takeUnknowns(const LoadedSeries& series, const LoadedPoint& end);
   template <int N>
-  void takeAll(const LoadedSeries& series);
+  void takeAll(const LoadedSeries& series, const LoadedPoint& end);
   void sample(const LoadedSeries& series);
 
-  Variations variations() const;
+  Variations variations(const Eigen::Matrix3d& rotation) const;
   template <int N>
-  void track(const LoadedSeries& series, const LoadedColumns<N>& basis, const Columns<N>& transition);
+  void track(const LoadedSeries& series,
+             const LoadedColumns<N>& basis,
+             const Columns<N>& transition,
+             const LoadedPoint& end,
+             const Variations& start);
   void count(const Variation& form);
 
   void transmission();

@@ -47,7 +47,8 @@ class LoadedColumns {
     }
   }
 
-  End at(double x) const {
+  End at(const LoadedPoint& point) const {
+    const double x = point.x;
     End end;
     for (int c = 0; c < series_.part().curved_count; ++c) {
       end.psi[c] = horner(x, [&](int k) -> const Row& { return psi_[k][c]; });
@@ -59,8 +60,8 @@ class LoadedColumns {
       end.turn[i] = horner(x, [&](int k) -> const Row& { return turn_[k][i]; });
       end.shift[i] = shifts_ ? horner(x, [&](int k) -> const Row& { return shift_[k][i]; }) : Row(Row::Zero());
     }
-    const Eigen::Matrix3d r = series_.rotation(x);
-    const Eigen::Vector3d n = series_.at(x).force;
+    const Eigen::Matrix3d& r = point.rotation;
+    const Eigen::Vector3d& n = point.state.force;
     const std::array<Row, 3>& w = end.turn;
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3, k = (i + 2) % 3;

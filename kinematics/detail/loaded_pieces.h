@@ -34,7 +34,8 @@ Eigen::Matrix<double, N, C> startOf(const LoadedPart& part, const Columns<C>& co
   return start;
 }
 
-/// Columns of the series at x; rows of tubes that are not curved are zero, turn and shift relative to the start's.
+/// Columns of the series at a point; rows of tubes that are not curved are zero, turn and shift relative to the
+/// start's.
 template <int N>
 Columns<N> endOf(const LoadedPart& part, const typename LoadedColumns<N>::End& end) {
   Columns<N> columns = Columns<N>::Zero();
@@ -52,28 +53,31 @@ Columns<N> endOf(const LoadedPart& part, const typename LoadedColumns<N>::End& e
   return columns;
 }
 
-/// Adds to the columns at x what the series leave out: tubes that are not curved, and the start's turn and shift.
+/// Adds to the columns at a point what the series leave out: tubes that are not curved, and the start's turn and shift.
 template <int C>
-void addPassive(const LoadedSeries& series, double x, const Columns<C>& start, Columns<C>& columns) {
+void addPassive(const LoadedSeries& series, const LoadedPoint& point, const Columns<C>& start, Columns<C>& columns) {
   const LoadedPart& part = series.part();
   for (int i = 0; i < kMaxTubes; ++i) {
     if (part.isCurved(i))
       continue;
-    columns.row(i) = start.row(i) - (x * series.length() * part.compliance[i]) * start.row(kTorsion + i);
+    columns.row(i) = start.row(i) - (point.x * series.length() * part.compliance[i]) * start.row(kTorsion + i);
     columns.row(kTorsion + i) = start.row(kTorsion + i);
   }
-  const Eigen::Matrix3d back = series.rotation(x).transpose();
-  const Eigen::Matrix3d lever = -skew(series.position(x));
+  const Eigen::Matrix3d back = point.rotation.transpose();
+  const Eigen::Matrix3d lever = -skew(point.position);
   const auto turn = start.template middleRows<3>(kTurn);
   columns.template middleRows<3>(kTurn) += back * turn;
   columns.template middleRows<3>(kShift) += back * (start.template middleRows<3>(kShift) + lever * turn);
 }
 
-/// Columns at x of a piece with this transition matrix from its start to x.
+/// Columns at a point of a piece with this transition matrix from its start to the point.
 template <int N, int C>
-Columns<C> carried(const LoadedSeries& series, const Columns<N>& transition, double x, const Columns<C>& start) {
+Columns<C> carried(const LoadedSeries& series,
+                   const Columns<N>& transition,
+                   const LoadedPoint& point,
+                   const Columns<C>& start) {
   Columns<C> columns = transition.lazyProduct(startOf<N, C>(series.part(), start));
-  addPassive(series, x, start, columns);
+  addPassive(series, point, start, columns);
   return columns;
 }
 
