@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Workload for instructions.py: repeated calls of one function, delimited for callgrind, which counts
  * instructions independently of machine load. */
+#include <algorithm>
 #include <cstdlib>
 #include <functional>
 #include <iostream>
@@ -88,13 +89,15 @@ Case program(int rows, bool warm) {
 }
 
 /// One step of two arms without the models, active-set solver. @param warm  after the same step with 1 % less velocity
-Case step(control::Method method, bool warm) {
+/// @param tasks  at most, in their order
+Case step(control::Method method, bool warm, int tasks = control::kMaxTasks) {
   return [=]() -> std::function<void(int)> {
     constexpr int kMost = 200;
     const auto solution = std::make_shared<control::Solution>();
     const std::shared_ptr<control::Resolver> resolver = control::makeResolver(method, {});
     return [=, problems = randomSteps(kMost, kSeed)](int k) {
       control::StepProblem problem = problems[static_cast<std::size_t>(k % kMost)];
+      problem.task_count = std::min(problem.task_count, tasks);
       resolver->reset();
       if (warm) {
         resolver->solve(problem, *solution);
@@ -192,6 +195,8 @@ std::map<std::string, Case> cases() {
     if (control::solvesProgrammes(method))
       all["step " + std::string(control::name(method)) + ", warm"] = step(method, true);
   }
+  all["step snsqp, level 1"] = step(control::Method::kSnsqp, false, 1);
+  all["step snsqp, level 1, warm"] = step(control::Method::kSnsqp, true, 1);
   using enum planning::TaskKind;
   all["cycle, one arm, tip"] = cycle(1, {kTipPosition});
   all["cycle, one arm, tip and orientation"] = cycle(1, {kTipPosition, kTipOrientation});
