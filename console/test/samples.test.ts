@@ -3,23 +3,8 @@ import { expect, test } from "vitest";
 
 import { whyNoReplay } from "../src/state/permission";
 import { parseSamples } from "../src/wire/samples";
+import { packed } from "./packed";
 import { seeded } from "./random";
-
-/** As the server packs them. */
-function packed(reached: bigint, samples: { channel: number; time: bigint; bytes: number[] }[]): ArrayBuffer {
-  const out = new DataView(new ArrayBuffer(8 + samples.reduce((sum, { bytes }) => sum + 17 + bytes.length, 0)));
-  out.setBigUint64(0, reached, true);
-  let at = 8;
-  for (const { channel, time, bytes } of samples) {
-    out.setUint32(at, 13 + bytes.length, true);
-    out.setUint8(at + 4, 1);
-    out.setUint32(at + 5, channel, true);
-    out.setBigUint64(at + 9, time, true);
-    bytes.forEach((byte, k) => out.setUint8(at + 17 + k, byte));
-    at += 17 + bytes.length;
-  }
-  return out.buffer;
-}
 
 test("samples are read as the server packs them, and a part of an answer is an error", () => {
   const random = seeded();

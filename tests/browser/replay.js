@@ -49,25 +49,19 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
     );
     return (await found.jsonValue()).time;
   };
-  /** Recorded translations of an arm, mm, by `tandem export`: [s from the first message, value of each]. */
-  const recorded = (arm) => {
-    const folder = path.join(path.dirname(setting.deployment), `export-${arm}`);
-    const done = spawnSync(
-      path.join(setting.bin, "tandem"),
-      ["export", file, "--csv", folder, "-t", `${arm}/measured_js`],
-      {
-        encoding: "utf8",
-      },
-    );
+  /** What was recorded of a topic, by `tandem export`: [s from the first message, value of each column whose name fits]. */
+  const recorded = (topic, column) => {
+    const folder = path.join(path.dirname(setting.deployment), `export-${topic.replace("/", "-")}`);
+    const words = ["export", file, "--csv", folder, "-t", topic];
+    const done = spawnSync(path.join(setting.bin, "tandem"), words, { encoding: "utf8" });
     assert.strictEqual(done.status, 0, done.stderr);
-    const table = fs.readdirSync(folder).find((name) => name.includes("measured_js"));
+    const [table] = fs.readdirSync(folder).filter((name) => name.includes(path.basename(topic)));
     const [head, ...rows] = fs.readFileSync(path.join(folder, table), "utf8").trim().split(/\r?\n/);
     const columns = head.split(",");
-    const wanted = columns.flatMap((name, k) => (/^position.*beta/.test(name) ? [k] : []));
-    assert.strictEqual(wanted.length, 3, head);
+    const wanted = columns.flatMap((name, k) => (column.test(name) ? [k] : []));
     return rows.map((row) => {
       const cells = row.split(",");
-      return [Number(cells[columns.indexOf("time_s")]), ...wanted.map((k) => 1000 * Number(cells[k]))];
+      return [Number(cells[columns.indexOf("time_s")]), ...wanted.map((k) => Number(cells[k]))];
     });
   };
 
@@ -120,7 +114,11 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
     },
 
     async "replay: what is shown is what was recorded, at any time"() {
-      const rows = recorded("arm_a");
+      const rows = recorded("arm_a/measured_js", /^position.*beta/).map(([at, ...q]) => [
+        at,
+        ...q.map((m) => 1000 * m),
+      ]);
+      assert.strictEqual(rows[0].length, 4);
       const length = rows.at(-1)[0];
       let largest = 0;
       for (const share of [0.95, 0.2, 0.6, 0.85, 0.4]) {
@@ -155,13 +153,17 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
       await shownTime(2);
       await page().click("#replay-back"); // whether it runs or has come to its end: now it stands
       await me().text("#replay-play", /Play/);
-      await seek(2);
-      const stands = await shownTime(1.9, 2.1);
+      const times = recorded("control/status", /none/).map(([at]) => at);
+      const apart = (j) => times[j + 1] - times[j] > 0.06; // the page gets one of all samples of 50 ms
+      const k = times.findIndex((at, j) => at > 2 && apart(j - 1) && apart(j));
+      assert.ok(k > 0, "the recording has no two samples of control's status that a step can lead to");
+      const middle = (times[k] + times[k + 1]) / 2;
+      await seek(middle);
+      await shownTime(middle - 0.006, middle + 0.006);
       await page().click("#replay-step");
-      const next = await shownTime(stands + 0.01);
-      assert.ok(next - stands < 0.3, `a step of ${next - stands} s`);
+      await shownTime(times[k + 1] - 0.001, times[k + 1] + 0.001);
       await page().click("#replay-back");
-      await shownTime(0, next - 0.01);
+      await shownTime(times[k] - 0.001, times[k] + 0.001);
       await me().choose("replay-speed", "10");
       await page().click("#replay-play");
       await page().waitForFunction(() => document.querySelector("#replay-play").textContent === "Play"); // at the end

@@ -27,10 +27,12 @@ interface Files {
 const kGlyph = { mark: "⚑", fault: "✕", stop: "■", run: "▶" } as const;
 const kMostListed = 100;
 
-/** "1:02.40" */
-export const duration = (milliseconds: number): string => {
-  const seconds = Math.max(0, milliseconds) / 1000;
-  return `${Math.floor(seconds / 60)}:${(seconds % 60).toFixed(2).padStart(5, "0")}`;
+/** "1:02.40" @param digits  of a second */
+export const duration = (milliseconds: number, digits = 2): string => {
+  const unit = 10 ** digits;
+  const all = Math.round((Math.max(0, milliseconds) / 1000) * unit); // 59.996 s are a minute
+  const seconds = ((all % (60 * unit)) / unit).toFixed(digits).padStart(3 + digits, "0");
+  return `${Math.floor(all / (60 * unit))}:${seconds}`;
 };
 const dateTime = (time: number): string =>
   new Date(time).toLocaleString("en-GB", { dateStyle: "full", timeStyle: "medium" });
@@ -200,7 +202,7 @@ export class Replay implements Panel {
     const waits = player.waiting ? " · loading" : "";
     const looked = timeline.looked < end_ms ? ` · events until ${duration(timeline.looked - start_ms)}` : "";
     const clock = new Date(player.time).toLocaleTimeString("en-GB");
-    setText(this.time, `${duration(at)} of ${duration(all)} · ${clock}${waits}${looked}`);
+    setText(this.time, `${duration(at, 3)} of ${duration(all)} · ${clock}${waits}${looked}`);
     if (!player.waiting || player.playing) this.scrub.value = (at / 1000).toFixed(2);
     setAttribute(this.scrub, "aria-valuetext", `${duration(at)} of ${duration(all)}`);
     if (timeline.all.length !== this.listed) this.showEvents(timeline.all, start_ms, all);

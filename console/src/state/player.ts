@@ -65,7 +65,10 @@ export class Player implements Source {
   private readonly last: number;
   private readonly slots = new Map<number, Slot>();
   private readonly segments = new Map<number, Segment>();
+  /** Seeks so far. */
   private jumps = 0;
+  /** Ends with the last seek or step. */
+  private moves: Promise<void> = Promise.resolve();
   private seeking = false;
   /** Time does not run on because samples are missing. */
   private starving = false;
@@ -74,7 +77,7 @@ export class Player implements Source {
   /** @param failed  called with the reason when samples cannot be had; it stands then */
   constructor(
     readonly about: RecordingAbout,
-    private readonly link: Link,
+    private readonly link: Pick<Link, "slot">,
     private readonly failed: (why: string) => void,
   ) {
     this.first = about.start_ms - kEdge;
@@ -142,58 +145,71 @@ export class Player implements Source {
   }
 
   /** Shows this time. The samples of the seconds before it fill the charts. */
-  async seek(time: number): Promise<void> {
-    const jump = ++this.jumps;
+  seek(time: number): Promise<void> {
+    return (this.moves = this.show(time, ++this.jumps));
+  }
+  /** To the next sample of control's status, or to the one before, once what was asked for earlier is shown. A later seek, or running on,
+   * takes its place. */
+  step(by: 1 | -1): Promise<void> {
+    this.playing = false;
+    const jump = this.jumps;
+    return (this.moves = this.moves.then(() => this.toSample(by, () => jump !== this.jumps || this.playing)));
+  }
+
+  /** @param jump  the number of the seek: it ends when a later one has begun */
+  private async show(time: number, jump: number): Promise<void> {
     this.time = Math.min(Math.max(time, this.about.start_ms), this.about.end_ms);
     this.seeking = true;
     const from = Math.max(this.first, this.time - kBefore);
     try {
       for (let k = this.index(from); k <= this.index(this.time); ++k) {
         await this.segment(k).loading;
-        if (jump !== this.jumps) return; // another one has begun
+        if (jump !== this.jumps) return;
       }
     } catch (error) {
-      return this.stand(String(error));
+      if (jump === this.jumps) this.stand(String(error));
+      return;
     }
     for (const slot of this.slots.values()) slot.clear();
     this.jumped();
     this.feed(from, this.time);
     this.seeking = false;
   }
-  private stand(why: string): void {
-    this.playing = this.seeking = this.starving = false;
-    this.failed(why);
-  }
-
-  /** To the next sample of control's status, or to the one before. */
-  async step(by: 1 | -1): Promise<void> {
-    this.playing = false;
+  private async toSample(by: 1 | -1, outdated: () => boolean): Promise<void> {
     const status = [...this.slots].find(([, { topic }]) => topic.endsWith("/control/status"))?.[0];
     const from = this.time;
     try {
-      for (let k = this.index(from); k >= 0 && k <= this.index(this.last); k += by) {
+      for (let k = this.index(from); k >= 0 && k <= this.index(this.last) && !outdated(); k += by) {
         const segment = this.segment(k);
         await segment.loading;
+        if (outdated()) return;
         const times = (segment.samples ?? [])
           .filter(({ channel, time }) => channel === status && by * (time - from) > 0)
           .map(({ time }) => time);
         if (times.length === 0) continue;
-        if (by < 0) return await this.seek(Math.max(...times));
+        if (by < 0) return await this.show(Math.max(...times), this.jumps);
         const to = Math.min(...times);
         this.feed(from, to);
         this.time = to;
         return;
       }
     } catch (error) {
-      this.stand(String(error));
+      if (!outdated()) this.stand(String(error));
     }
+  }
+  private stand(why: string): void {
+    this.playing = this.seeking = this.starving = false;
+    this.failed(why);
   }
 
   /** Lets the time run. Called for each image. */
   tick(now: number): void {
     const passed = this.tickedAt < 0 ? 0 : Math.min(now - this.tickedAt, kLongestTick);
     this.tickedAt = now;
-    if (!this.playing || this.seeking) return;
+    if (!this.playing || this.seeking) {
+      this.starving = false;
+      return;
+    }
     const here = this.index(this.time);
     const ahead = here + 1 + Math.ceil((2000 * this.speed) / kSegment);
     for (let k = here; k <= Math.min(ahead, this.index(this.last)); ++k)
