@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstdlib>
 #include <fstream>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "services/console/context.h"
+#include "services/console/numbers.h"
 
 namespace tandem::console {
 namespace {
@@ -62,12 +62,11 @@ Answer answerPage(Context& context, const Request& request) {
 }  // namespace
 
 std::optional<double> rateOf(std::string_view query) {
-  const std::string text(parameterOf(query, "rate"));
+  const std::string_view text = parameterOf(query, "rate");
   if (text.empty())
     return 0.0;
-  char* end = nullptr;
-  const double rate = std::strtod(text.c_str(), &end);
-  return *end == '\0' && rate >= kLeastRate && rate <= kMostRate ? std::optional(rate) : std::nullopt;
+  const auto rate = finiteNumber(text);
+  return rate && *rate >= kLeastRate && *rate <= kMostRate ? rate : std::nullopt;
 }
 
 Answer refuse(Context& context, int status, const std::string& why, const std::string& allowed) {

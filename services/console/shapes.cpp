@@ -7,16 +7,13 @@
 #include <stdexcept>
 
 #include "robots/display_shape.h"
+#include "services/console/numbers.h"
 
 namespace tandem::console {
 namespace {
 
-double numberOf(const std::string& name, const std::string& text) {
-  char* end = nullptr;
-  const double number = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !std::isfinite(number))
-    throw std::invalid_argument(name + ": found '" + text.substr(0, 40) + "', expected a finite number, m or rad");
-  return number;
+double lengthOrAngle(const std::string& name, std::string_view text) {
+  return numberOf(name, text, "a finite number, m or rad");
 }
 
 }  // namespace
@@ -27,7 +24,7 @@ std::vector<double> Shapes::jointsOf(std::string_view text) const {
   std::vector<double> q;
   std::istringstream parts{std::string(text)};
   for (std::string part; std::getline(parts, part, ',');)
-    q.push_back(numberOf("joints", part));
+    q.push_back(lengthOrAngle("joints", part));
   if (static_cast<int>(q.size()) != robot_.jointCount())
     throw std::invalid_argument("joints: found " + std::to_string(q.size()) + " numbers, expected " +
                                 std::to_string(robot_.jointCount()));
@@ -52,8 +49,8 @@ std::string Shapes::at(std::string_view joints) const {
 
 std::string Shapes::span(const Span& span) const {
   const std::vector<double> q = jointsOf(span.joints);
-  const double index = numberOf("joint", std::string(span.joint));
-  const double lower = numberOf("lower", std::string(span.lower)), upper = numberOf("upper", std::string(span.upper));
+  const double index = lengthOrAngle("joint", span.joint);
+  const double lower = lengthOrAngle("lower", span.lower), upper = lengthOrAngle("upper", span.upper);
   if (index != std::floor(index) || index < 0.0 || index >= robot_.jointCount())
     throw std::invalid_argument("joint: found " + std::string(span.joint) + ", expected a whole number from 0 to " +
                                 std::to_string(robot_.jointCount() - 1));
