@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "config/deployment_copy.h"
 #include "config/detail/loaders.h"
 #include "config/file_tables.h"
 #include "config/robot_files.h"
@@ -45,13 +46,16 @@ std::vector<std::string> namesOf(const std::vector<Host>& hosts) {
   return names;
 }
 
+/// Empty: none.
+std::filesystem::path securityFolder(const Map& map, const std::filesystem::path& file) {
+  return map.has("security") ? (file.parent_path() / map.text("security")).lexically_normal() : std::filesystem::path();
+}
+
 /// Does not check the credentials: only processes of the deployment need them.
 std::filesystem::path readSecurity(const Map& map, const std::filesystem::path& file) {
-  if (!map.has("security"))
-    return {};
-  const auto folder = (file.parent_path() / map.text("security")).lexically_normal();
+  auto folder = securityFolder(map, file);
   std::error_code ignored;
-  if (!std::filesystem::is_directory(folder, ignored))
+  if (!folder.empty() && !std::filesystem::is_directory(folder, ignored))
     map.fail("security",
              "found '" + map.text("security") +
                  "', expected a folder relative to this file's, made by `tandem security init` and `issue`");
@@ -153,7 +157,10 @@ const Host* hostAmong(const Deployment& deployment, const std::set<std::string>&
   return found == deployment.hosts.end() ? nullptr : &*found;
 }
 
-Deployment loadDeployment(const std::filesystem::path& file) {
+namespace {
+
+/// @param companions  null: those that the file names
+Deployment load(const std::filesystem::path& file, const CompanionFiles* companions) {
   Document document(file.string(), readFile(file));
   const Map map = document.check(deploymentTable());
   auto deployment = map.read<Deployment>();
@@ -161,13 +168,14 @@ Deployment loadDeployment(const std::filesystem::path& file) {
   warnOfBudgets(map.map("budgets"));
   map.together(
       [&] {
-        deployment.robot = companionPath(map, "robot", file, robotKinds());
+        deployment.robot =
+            companions && map.has("robot") ? companions->robot : companionPath(map, "robot", file, robotKinds());
         map.together([&] { robotFileOf(deployment.robot).check_deployment(map, deployment); },
                      [&] { readFeedback(map, deployment); });
       },
       [&] {
         if (map.has("hardware"))
-          deployment.hardware = companionPath(map, "hardware", file);
+          deployment.hardware = companions ? companions->hardware : companionPath(map, "hardware", file);
       },
       [&] {
         const bool foreign = deployment.method == control::Method::kForeign;
@@ -177,7 +185,7 @@ Deployment loadDeployment(const std::filesystem::path& file) {
       [&] { deployment.teleoperation = readTeleoperation(map.map("teleoperation")); },
       [&] { checkConsole(map.map("console"), deployment.console); }, [&] { checkHosts(map, deployment.hosts); },
       [&] {
-        deployment.security = readSecurity(map, file);
+        deployment.security = companions ? securityFolder(map, file) : readSecurity(map, file);
         resolveDiscovery(map, deployment);
       },
       [&] { checkProcesses(map, deployment.hosts); });
@@ -185,6 +193,13 @@ Deployment loadDeployment(const std::filesystem::path& file) {
   deployment.warnings = document.warnings();
   deployment.values = valuesOf(map) + valuesOfFiles(deployment);
   return deployment;
+}
+
+}  // namespace
+
+Deployment loadDeployment(const std::filesystem::path& file) { return load(file, nullptr); }
+Deployment loadDeployment(const std::filesystem::path& copy, const CompanionFiles& companions) {
+  return load(copy, &companions);
 }
 
 }  // namespace tandem::config

@@ -1,27 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Composition of the page: panels, scene, link events, and one display loop. */
+import { Display } from "./display";
 import type { Announcer } from "./panels/announcer";
-import { Bars } from "./panels/bars";
-import { Charts } from "./panels/charts";
-import type { Context, Panel } from "./panels/context";
+import type { Context } from "./panels/context";
 import { h } from "./panels/dom";
-import { Hands } from "./panels/hands";
-import { Header } from "./panels/header";
-import { Health } from "./panels/health";
-import { Hud } from "./panels/hud";
 import { LogPanel } from "./panels/log";
 import { Notices } from "./panels/notices";
-import { MethodPanel } from "./panels/method";
-import { Operate } from "./panels/operate";
 import { Recording } from "./panels/recording";
 import { Replay } from "./panels/replay";
 import type { Shown } from "./panels/replay";
-import { Run } from "./panels/run";
-import { Span } from "./panels/span";
 import { StopKey } from "./panels/stop";
-import { tabs } from "./panels/tabs";
 import { askForToken } from "./panels/token";
-import { View } from "./scene/view";
 import { Clock } from "./state/clock";
 import { Commander } from "./state/commander";
 import { Events } from "./state/events";
@@ -35,21 +24,20 @@ import { ServerClock } from "./state/server";
 import { World } from "./state/world";
 import { Devices } from "./teleop/devices";
 import { Pilot } from "./teleop/pilot";
-import { Drawing } from "./scene/drawing";
 import { Link } from "./wire/link";
 
 /** Display period of the panels, ms: values that change faster are unreadable. */
 const kShow = 50;
 
 export class App {
+  readonly stop: StopKey;
+  readonly replay: Replay;
+  readonly recording: Recording;
+  /** Of the robot, whatever is shown. */
   private readonly c: Context;
-  private readonly panels: Panel[];
-  private readonly stop: StopKey;
-  private readonly view: View;
-  private readonly drawing: Drawing;
-  private readonly hud: Hud;
-  private readonly health: Health;
-  private readonly replay: Replay;
+  private readonly robot: Display;
+  /** What is shown: the robot, or a recording. */
+  private display: Display;
   private readonly past: Past;
   private ended = false;
   /** The link was open: its loss is news. */
@@ -77,11 +65,12 @@ export class App {
     });
     const server = new ServerClock();
     const world = new World(robot, link, server);
-    const pilot = new Pilot(robot, world, link, commander, (held) => place.classList.toggle("held", held));
+    const pilot = new Pilot(robot, world, link, commander, (held) =>
+      this.robot.view.place.classList.toggle("held", held),
+    );
     const orders = new Orders((level, text) => messages.add(level, text));
-    this.c = { robot, world, replayed: "", link, commander, pilot, messages, notices: new Notices(), orders };
-    /** Of the robot, whatever is shown. */
-    const live = { ...this.c };
+    const notices = new Notices();
+    this.c = { robot, world, replayed: "", foreign: false, link, commander, pilot, messages, notices, orders };
     const ask = async (): Promise<ArrayBuffer> => {
       await server.known;
       return fetchBytes("/api/events", "");
@@ -105,80 +94,22 @@ export class App {
       orders.look(performance.now());
     });
 
-    const place = h("div.view", {
-      tabindex: "0",
-      role: "application",
-      id: "view",
-      "aria-label":
-        "The arms in 3D. While teleoperation is on, hold arrow keys, Page Up or Page Down to move the driven tip; letting go stops it.",
-    });
-    this.view = new View(place, robot);
-    this.drawing = new Drawing(this.c, this.view);
-    this.stop = new StopKey(live, () => {
+    this.stop = new StopKey(this.c, () => {
       pilot.gate.release("stop was pressed");
       this.replay.close("a stop was sent");
     });
-    new Devices(this.view, pilot, (by) => this.stop.press(by));
-    this.hud = new Hud(this.c, this.view, (times) => this.drawing.setThickness(times));
-    const charts = new Charts(live);
-    this.health = new Health(this.c, charts.loop);
-    const clock = new Clock(robot, link, (milliseconds) => charts.setRoundTrip(milliseconds));
-    const operate = new Operate(this.c);
-    const run = new Run(this.c, this.view);
-    const footer = h("footer");
-    const show = (shown: Shown | null): void => {
-      this.c.world = shown?.world ?? world;
-      this.c.replayed = shown?.file ?? "";
-      root.classList.toggle("replaying", shown !== null);
-      footer.replaceChildren(bars.element, (shown?.charts ?? charts).element);
-      this.drawing.restart();
-    };
-    this.replay = new Replay(this.c, show, () => this.drawing.restart());
+    this.replay = new Replay(
+      this.c,
+      (shown) => this.show(shown),
+      () => this.display.restart(),
+    );
     messages.log.urgent = (what) => this.replay.close(what);
-    const recording = new Recording(this.c, this.replay.list);
-    const method = new MethodPanel(this.c);
-    const hands = robot.capabilities.tips ? new Hands(this.c) : null;
-    const header = new Header(this.c);
-    const span = new Span(this.c, this.view);
-    this.hud.figures.append(span.element);
-    const bars = new Bars(this.c, span);
-    place.append(this.hud.element);
-    const phone = onPhone();
-    root.classList.toggle("phone", phone);
-    const commands: [string, HTMLElement][] = [
-      ["Operate", h("div", {}, operate.element, run.element, recording.element, run.result)],
-      ["Method", method.element],
-      ...(hands ? [["Teleoperate", hands.element] as [string, HTMLElement]] : []),
-    ];
-    const side = h(
-      "aside.side",
-      {},
-      tabs([...(phone ? [] : commands), ["Health", this.health.element], ["Log", messages.element]]),
-      messages.newest,
-    );
-    root.replaceChildren(
-      header.element,
-      this.stop.element,
-      this.replay.element,
-      h("main", {}, h("div.stage", {}, place, this.hud.legend), run.controls, side),
-      footer,
-    );
-    footer.append(bars.element, charts.element);
-    this.panels = [
-      header,
-      operate,
-      run,
-      recording,
-      this.replay,
-      method,
-      ...(hands ? [hands] : []),
-      bars,
-      span,
-      charts,
-      this.hud,
-      this.health,
-      messages,
-    ];
+    this.recording = new Recording(this.c, this.replay.list);
+    this.robot = this.display = new Display(this.c, this);
+    new Devices(this.robot.view, pilot, (by) => this.stop.press(by));
+    const clock = new Clock(robot, link, (milliseconds) => this.robot.charts.setRoundTrip(milliseconds));
+    root.classList.toggle("phone", onPhone());
+    this.display.show(root);
     for (const warning of robot.warnings) messages.add("bad", warning);
     clock.start();
     server.start();
@@ -189,6 +120,14 @@ export class App {
       requestAnimationFrame(frame);
     };
     requestAnimationFrame(frame);
+  }
+
+  /** @param shown  a recording; null: the robot */
+  private show(shown: Shown | null): void {
+    if (this.display !== this.robot) this.display.close();
+    this.display = shown ? new Display(shown.c, this, shown.present) : this.robot;
+    this.root.classList.toggle("replaying", shown !== null);
+    this.display.show(this.root);
   }
 
   /** Whether the server still serves the robot of this page: its session; null if not, and the page is over. */
@@ -245,18 +184,16 @@ export class App {
     this.frames += 1;
     this.stop.update(now);
     this.replay.tick(now);
-    this.drawing.update(now);
-    if (now - this.shownAt >= kShow) {
+    const panels = now - this.shownAt >= kShow;
+    this.display.update(now, panels);
+    if (panels) {
       this.shownAt = now;
-      for (const panel of this.panels) panel.update(now);
+      for (const panel of [this.recording, this.replay, this.c.messages]) panel.update(now);
     }
-    this.view.draw(now);
     const seconds = (now - this.measuredAt) / 1000;
     if (seconds < 1) return;
-    this.hud.setRate(this.frames / seconds, this.view.drawn / seconds);
-    this.health.setTraffic(this.c.link.takeBytes() / seconds);
+    this.display.setRates(this.frames / seconds, seconds, this.c.link.takeBytes() / seconds);
     this.frames = 0;
-    this.view.drawn = 0;
     this.measuredAt = now;
   }
 }

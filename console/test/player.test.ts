@@ -1,23 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 import { parse } from "@foxglove/rosmsg";
-import { MessageReader, MessageWriter } from "@foxglove/rosmsg2-serialization";
+import { MessageWriter } from "@foxglove/rosmsg2-serialization";
 import { afterEach, expect, test, vi } from "vitest";
 
 import { Player } from "../src/state/player";
-import { Slot } from "../src/wire/link";
 import { packed } from "./packed";
 import { seeded } from "./random";
 
 const kTopic = "/tandem/control/status";
 const kChannel = 7;
-const kDefinition = parse("uint32 number", { ros2: true });
+const kDefinition = "uint32 number";
 const kStart = 1.7e12; // ms
 
 afterEach(() => vi.unstubAllGlobals());
 
 /** A recording whose samples have these times, ms, and a server whose answers come when the test says. */
 function recording(times: readonly number[]) {
-  const writer = new MessageWriter(kDefinition);
+  const writer = new MessageWriter(parse(kDefinition, { ros2: true }));
   const answers: (() => void)[] = [];
   const ask = (url: string): Promise<Response> => {
     const query = new URL(url, "http://console").searchParams;
@@ -32,13 +31,18 @@ function recording(times: readonly number[]) {
     );
   };
   vi.stubGlobal("fetch", ask);
-  const live = new Slot(kTopic, undefined, 20, () => {});
-  live.channel = kChannel;
-  live.reader = new MessageReader(kDefinition);
   const failures: string[] = [];
   const about = { file: "a.mcap", robot: "", deployment: "", messages: times.length, marks: [], damage: [] };
-  const player = new Player({ ...about, start_ms: times[0]!, end_ms: times.at(-1)! }, { slot: () => live }, (why) =>
-    failures.push(why),
+  const player = new Player(
+    {
+      ...about,
+      start_ms: times[0]!,
+      end_ms: times.at(-1)!,
+      channels: [{ id: kChannel, topic: kTopic, type: "a" }],
+      definitions: { a: kDefinition },
+      description: null,
+    },
+    (why) => failures.push(why),
   );
   return { player, answers, failures, slot: player.subscribe<{ number: number }>(kTopic) };
 }

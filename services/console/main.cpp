@@ -98,7 +98,7 @@ class Console {
             setup.robot,
             runtime::ofAnyRobot(runtime::busOptions(setup.deployment, setup.name + "-recording", dds::Role::kConsole)),
             folderOfRecordings(setup.deployment)),
-        replay_(folderOfRecordings(setup.deployment), setup.deployment, dds::allTopics(config::armList(setup.robot))),
+        replay_(folderOfRecordings(setup.deployment), setup.deployment, setup.robot),
         server_(options_, hub_, access_, page_, [this](auto path, auto query, auto role, const auto& address) {
           return answer(path, query, role, address);
         }) {}

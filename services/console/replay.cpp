@@ -6,19 +6,24 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <sstream>
 #include <stdexcept>
 
-#include "config/values.h"
+#include "config/arm_names.h"
 #include "recording/bytes.h"
 #include "services/console/access.h"
+#include "services/console/api.h"
 #include "services/console/decimation.h"
+#include "services/console/numbers.h"
 #include "services/console/protocol.h"
+#include "services/dds/definitions.h"
 #include "services/recordings/run_file.h"
 
 namespace tandem::console {
 namespace {
 
 namespace fs = std::filesystem;
+using recordings::valueIn, recordings::valuesOfRun;
 using Json = nlohmann::ordered_json;
 using Clock = std::chrono::steady_clock;
 
@@ -41,40 +46,21 @@ std::string nameIn(std::string_view query) {
 }
 
 double numberIn(std::string_view query, const char* name, double least, double most) {
-  const std::string text(parameterOf(query, name));
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (text.empty() || *end != '\0' || !(value >= least && value <= most))
-    fail(std::string(name) + ": found '" + text.substr(0, 40) + "', expected a number from " + std::to_string(least) +
-         " to " + std::to_string(most));
-  return value;
+  return numberOf(name, parameterOf(query, name),
+                  "a number from " + std::to_string(least) + " to " + std::to_string(most), least, most);
 }
 
 std::set<std::uint32_t> channelsIn(std::string_view query, std::size_t count) {
-  const std::string text = decoded(parameterOf(query, "topics")).substr(0, kLongestTopics);
+  std::istringstream parts{decoded(parameterOf(query, "topics")).substr(0, kLongestTopics)};
+  const std::string expected = "numbers of channels below " + std::to_string(count) + ", separated by commas";
   std::set<std::uint32_t> channels;
-  for (const char* at = text.c_str(); *at != '\0';) {
-    char* end = nullptr;
-    const unsigned long channel = std::strtoul(at, &end, 10);
-    if (end == at || (*end != ',' && *end != '\0') || channel >= count)
-      fail("topics: expected numbers of channels below " + std::to_string(count) + ", separated by commas");
+  for (std::string part; std::getline(parts, part, ',');) {
+    const double channel = numberOf("topics", part, expected, 0.0, static_cast<double>(count) - 1.0);
+    if (channel != std::floor(channel))
+      fail("topics: found '" + part.substr(0, 40) + "', expected " + expected);
     channels.insert(static_cast<std::uint32_t>(channel));
-    at = *end == ',' ? end + 1 : end;
   }
   return channels;
-}
-
-std::map<std::string, std::string> runOf(const recording::Reader& reader) {
-  for (const recording::Metadata& metadata : reader.metadata()) {
-    if (metadata.name == recordings::kRunMetadata)
-      return metadata.values;
-  }
-  return {};
-}
-
-std::string valueIn(const std::map<std::string, std::string>& values, const std::string& key) {
-  const auto found = values.find(key);
-  return found == values.end() ? "" : found->second;
 }
 
 double milliseconds(std::uint64_t time) { return 1e-6 * static_cast<double>(time); }
@@ -105,8 +91,8 @@ void appendSample(std::string& answer, std::uint32_t channel, std::uint64_t time
       .raw(cdr);
 }
 
-Replay::Replay(fs::path folder, const config::Deployment& deployment, const std::vector<dds::TopicInfo>& topics)
-    : folder_(std::move(folder)), deployment_(deployment), topics_(topics) {}
+Replay::Replay(fs::path folder, const config::Deployment& deployment, const config::Robot& robot)
+    : folder_(std::move(folder)), deployment_(deployment), robot_(robot) {}
 
 Json Replay::list() const {
   std::vector<std::pair<std::string, std::uintmax_t>> files;
@@ -123,20 +109,27 @@ Json Replay::list() const {
   return {{"folder", folder_.string()}, {"recordings", list}};
 }
 
-/// Why a recording cannot be shown as one of this robot; empty if it can.
-std::string Replay::whyNot(const recording::Reader& reader) const {
-  const auto run = runOf(reader);
-  const std::string recorded = valueIn(run, "fingerprint");
-  if (recorded.empty())
-    return "is no recording of Tandem, or of a version that did not record the robot's fingerprint";
-  // Messages of another version of the wire are converted: only robot and deployment count.
-  const std::uint64_t wire = std::strtoull(valueIn(run, "wire").c_str(), nullptr, 16);
-  if (recorded != config::fingerprintText(config::fingerprintOf(deployment_.values, wire)))
-    return "is of another robot or deployment: " + valueIn(run, "robot") + " · " + valueIn(run, "deployment") +
-           ", recorded " + valueIn(run, "created") +
-           ". This page can show only those of its own robot and deployment, whose values are all the same; the "
-           "recorded configuration is in the file (tandem info --attachment)";
-  return reader.statistics().messages == 0 ? "contains no messages" : "";
+/// The recording's own robot and deployment; null: those of the console. @throw std::invalid_argument
+std::unique_ptr<recordings::RecordedSystem> Replay::otherSystem(recording::Reader& reader) const {
+  const auto run = valuesOfRun(reader);
+  if (valueIn(run, "fingerprint").empty())
+    fail("is no recording of Tandem, or of a version that did not record the robot's fingerprint");
+  if (reader.statistics().messages == 0)
+    fail("contains no messages");
+  if (recordings::isRunOf(deployment_, run))
+    return nullptr;
+  std::string why;
+  try {
+    auto other = std::make_unique<recordings::RecordedSystem>(
+        recordings::readSystem(reader, recordings::RecordedHardware::kRead));
+    if (recordings::isRunOf(other->deployment, run))
+      return other;
+    why = "the configuration in it has other values in this version of Tandem";
+  } catch (const std::exception& error) {
+    why = error.what();
+  }
+  fail("is of another robot or deployment, " + valueIn(run, "robot") + " · " + valueIn(run, "deployment") +
+       ", recorded " + valueIn(run, "created") + ", and does not describe it completely: " + why);
 }
 
 Replay::Opened& Replay::open(std::string_view query, bool as_it_is_now) {
@@ -154,18 +147,23 @@ Replay::Opened& Replay::open(std::string_view query, bool as_it_is_now) {
     return opened_;
   opened_ = {};
   try {
-    Opened opened{path, changed, size, nullptr, nullptr, {}};
+    Opened opened{path, changed, size, nullptr, nullptr, nullptr, {}, {}};
     opened.reader = std::make_unique<recording::Reader>(
         path, size > kUnindexed ? recording::Reader::Open::kIndexed : recording::Reader::Open::kFast, kMemory);
-    if (const std::string why = whyNot(*opened.reader); !why.empty())
-      fail(name + ": " + why);
+    try {
+      opened.other = otherSystem(*opened.reader);
+    } catch (const std::invalid_argument& refused) {
+      fail(name + ": " + refused.what());
+    }
+    opened.topics = dds::allTopics(config::armList(opened.other ? opened.other->robot : robot_));
     opened.upgrader = std::make_unique<recordings::MessageUpgrader>(*opened.reader);
-    const std::string prefix = valueIn(runOf(*opened.reader), "prefix");
+    const std::string prefix = valueIn(valuesOfRun(*opened.reader), "prefix");
     for (const auto& [id, channel] : opened.reader->channels()) {
       const auto schema = opened.reader->schemas().find(channel.schema);
-      for (std::uint32_t k = 0; k < topics_.size(); ++k) {
+      for (std::uint32_t k = 0; k < opened.topics.size(); ++k) {
+        const dds::TopicInfo& topic = opened.topics[k];
         if (channel.encoding == "cdr" && schema != opened.reader->schemas().end() &&
-            schema->second.name == topics_[k].type && channel.topic == dds::rosTopicName(prefix, topics_[k].name))
+            schema->second.name == topic.type && channel.topic == dds::rosTopicName(prefix, topic.name))
           opened.channels[id] = k;
       }
     }
@@ -178,18 +176,35 @@ Replay::Opened& Replay::open(std::string_view query, bool as_it_is_now) {
 
 Json Replay::describe(std::string_view query) {
   const Opened& file = open(query, true);
-  const auto run = runOf(*file.reader);
+  const auto run = valuesOfRun(*file.reader);
   const recording::Statistics& statistics = file.reader->statistics();
-  return {{"file", file.path.filename().string()},    {"robot", valueIn(run, "robot")},
-          {"deployment", valueIn(run, "deployment")}, {"start_ms", milliseconds(statistics.start)},
-          {"end_ms", milliseconds(statistics.end)},   {"messages", statistics.messages},
-          {"marks", marksOf(*file.reader)},           {"damage", file.reader->damage()}};
+  const std::string& prefix = (file.other ? file.other->deployment : deployment_).prefix;
+  Json channels = Json::array(), definitions = Json::object();
+  std::set<std::uint32_t> recorded;
+  for (const auto& [id, topic] : file.channels)
+    recorded.insert(topic);
+  for (const std::uint32_t k : recorded) {
+    const dds::TopicInfo& topic = file.topics[k];
+    channels.push_back({{"id", k}, {"topic", dds::rosTopicName(prefix, topic.name)}, {"type", topic.type}});
+    definitions[topic.type] = dds::messageDefinition(topic.type);
+  }
+  return {{"file", file.path.filename().string()},
+          {"robot", valueIn(run, "robot")},
+          {"deployment", valueIn(run, "deployment")},
+          {"start_ms", milliseconds(statistics.start)},
+          {"end_ms", milliseconds(statistics.end)},
+          {"messages", statistics.messages},
+          {"marks", marksOf(*file.reader)},
+          {"damage", file.reader->damage()},
+          {"channels", channels},
+          {"definitions", definitions},
+          {"description", file.other ? describeRobot(file.other->deployment, file.other->robot) : Json(nullptr)}};
 }
 
 std::string Replay::samples(std::string_view query) {
   Opened& file = open(query, false);
   const double rate = numberIn(query, "rate", kLeastRate, kMostRate);
-  const std::set<std::uint32_t> wanted = channelsIn(query, topics_.size());
+  const std::set<std::uint32_t> wanted = channelsIn(query, file.topics.size());
   recording::Selection selection;
   selection.from = static_cast<std::uint64_t>(1e6 * numberIn(query, "from", 0.0, kLatest));
   selection.to = static_cast<std::uint64_t>(1e6 * numberIn(query, "to", 0.0, kLatest));
@@ -214,11 +229,11 @@ std::string Replay::samples(std::string_view query) {
       if (!cdr)
         return true;  // does not fit its definition
       auto& decimation =
-          decimations.try_emplace(k, isStream(topics_[k].profile) ? static_cast<std::uint64_t>(1e9 / rate) : 0)
+          decimations.try_emplace(k, isStream(file.topics[k].profile) ? static_cast<std::uint64_t>(1e9 / rate) : 0)
               .first->second;
       const HubSample sample{std::make_shared<const std::string>(*cdr), message.log_time};
       for (const HubSample& selected :
-           decimation.take(sample, decimation.limited() ? featuresOf(topics_[k].type, *cdr) : SampleFeatures{}))
+           decimation.take(sample, decimation.limited() ? featuresOf(file.topics[k].type, *cdr) : SampleFeatures{}))
         appendSample(answer, k, selected.time, *selected.bytes);
       return true;
     });

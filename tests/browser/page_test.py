@@ -17,8 +17,8 @@ import system  # noqa: E402  pylint: disable=wrong-import-position
 class Operated(system.SystemTest):
     """Only sim, control and planning run; the script starts and kills the console."""
 
-    def operate(self, script, preset, *words, drives="", **changes):
-        """`drives`: hardware file of simulated drives, instead of the preset's."""
+    def operate(self, script, preset, *words, drives="", more=None, **changes):
+        """`drives`: hardware file of simulated drives, instead of the preset's; `more`: what the script gets in addition."""
         artifacts = pathlib.Path(os.environ.get("TANDEM_ARTIFACTS", self.folder / "artifacts"))
         artifacts.mkdir(parents=True, exist_ok=True)
         # Software rendering occupies both cores of a small machine. Watchdogs have separate tests with default budgets; here only the page
@@ -35,7 +35,7 @@ class Operated(system.SystemTest):
                    "artifacts": str(artifacts), "pids": robot.pids,
                    "one_arm": str(system.PRESETS / "robots" / "timc2024.yaml"),
                    "other": str(system.PRESETS / "robots" / "ark2024-as-printed.yaml"),
-                   "browser": os.environ.get("TANDEM_CHROMIUM", "/usr/bin/chromium")}
+                   "browser": os.environ.get("TANDEM_CHROMIUM", "/usr/bin/chromium"), **(more or {})}
         operator = subprocess.run(["node", str(HERE / script), json.dumps(setting), *words], timeout=560, check=False)
         self.assertEqual(operator.returncode, 0, f"the operator was not content; screenshots are in {artifacts}")
 
@@ -74,8 +74,17 @@ class Preview(Operated):
 
 
 class Replay(Operated):
+    def catheters(self):
+        """A recording of another robot."""
+        file = self.folder / "catheters.mcap"
+        path = system.deployment(self.folder, "ablation-pair", robot=system.PRESETS / "cooperative" / "ablation-pair.yaml")
+        with system.System(path):
+            done = system.run("record", str(path), "-o", str(file), "--for", "2")
+        self.assertIn(done.returncode, (0, 1), done.stderr)  # 1: a busy machine has lost samples
+        return str(file)
+
     def test_recordings_are_shown_as_such(self):
-        self.operate("page.js", "laptop", *os.environ.get("TANDEM_SCENES", "replay").split())
+        self.operate("page.js", "laptop", *os.environ.get("TANDEM_SCENES", "replay").split(), more={"catheters": self.catheters()})
 
 
 class Catheters(Operated):

@@ -50,9 +50,12 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
     return (await found.jsonValue()).time;
   };
   /** What was recorded of a topic, by `tandem export`: [s from the first message, value of each column whose name fits]. */
-  const recorded = (topic, column) => {
-    const folder = path.join(path.dirname(setting.deployment), `export-${topic.replace("/", "-")}`);
-    const words = ["export", file, "--csv", folder, "-t", topic];
+  const recorded = (topic, column, of = file) => {
+    const folder = path.join(
+      path.dirname(setting.deployment),
+      `export-${path.basename(of)}-${topic.replace("/", "-")}`,
+    );
+    const words = ["export", of, "--csv", folder, "-t", topic];
     const done = spawnSync(path.join(setting.bin, "tandem"), words, { encoding: "utf8" });
     assert.strictEqual(done.status, 0, done.stderr);
     const [table] = fs.readdirSync(folder).filter((name) => name.includes(path.basename(topic)));
@@ -206,6 +209,57 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
       await takeControl();
     },
 
+    async "replay: another robot is shown as the recording describes it, and is named"() {
+      const copy = path.join(path.dirname(file), "catheters.mcap");
+      fs.copyFileSync(setting.catheters, copy);
+      const names = () => page().$$eval(".bar .name", (all) => all.map((one) => one.textContent));
+      const own = await names();
+      await release();
+      await list();
+      await me().press('[data-file="catheters.mcap"]');
+      await me().state("#link", "replay");
+      await me().text("#replay-other", /^another robot or deployment: ablation-pair · ablation-pair, as the recording/);
+      await me().text(".brand", /ablation-pair · ablation-pair/);
+      await me().text("#legend", /grasped object/);
+      await seek(1); // its first samples come one after the other
+      await shownTime(0.99, 1.01);
+      const answer = await fetch(`${server.url}/api/recordings/about?file=catheters.mcap`);
+      const { description } = await answer.json();
+      const joints = description.arms.flatMap((arm) => arm.joints.map((joint) => ({ arm: arm.name, ...joint })));
+      assert.deepStrictEqual(
+        await names(),
+        joints.map(({ symbol }) => symbol),
+      );
+      assert.notDeepStrictEqual(await names(), own);
+      const expected = description.arms.flatMap(({ name }) =>
+        recorded(`${name}/measured_js`, /^position/, setting.catheters)[0].slice(1),
+      );
+      assert.strictEqual(expected.length, joints.length);
+      await page().waitForFunction(
+        (all) => {
+          const shown = [...document.querySelectorAll(".bar .number")].map((one) => one.textContent);
+          return all.every(
+            ([value, unit], k) => shown[k].endsWith(unit) && Math.abs(parseFloat(shown[k]) - value) < 0.2,
+          );
+        },
+        joints.map(({ translation }, k) =>
+          translation ? [1000 * expected[k], " mm"] : [(180 / Math.PI) * expected[k], "°"],
+        ),
+      );
+      await me().waitForScene("both catheters drawn", (s) => s.blue > 100 && s.orange > 100);
+      for (const command of ["#take", "#enable", "#run-start", ".jog"])
+        assert.match(await page().getAttribute(command, "title"), kLocked, command);
+      await page().hover(".bar");
+      await me().text("#span", /now|turns freely/);
+      await shot("console-replay-other");
+      await page().click("#replay-end");
+      await me().state("#link", "live");
+      assert.deepStrictEqual(await names(), own);
+      await me().text(".brand", /ark2024 · laptop/);
+      await me().waitForScene("both arms drawn", (s) => s.blue > 100 && s.orange > 100);
+      fs.rmSync(copy);
+    },
+
     async "replay: files that cannot be shown are refused with the reason"() {
       const folder = path.dirname(file);
       const bytes = fs.readFileSync(file);
@@ -226,7 +280,10 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
       };
       for (const [query, reason] of [
         ["about?file=garbage.mcap", /no MCAP file/],
-        ["about?file=other.mcap", /another robot or deployment: ark2024 · laptop, recorded 20/],
+        [
+          "about?file=other.mcap",
+          /another robot or deployment, ark2024 · laptop, recorded 20.*the configuration in it has other values/,
+        ],
         ["about?file=old.mcap", /of a version that did not record the robot's fingerprint/],
         ["about?file=passwd.mcap", /no such file in the folder/],
         ["about?file=none.mcap", /no such file in the folder/],
@@ -236,7 +293,7 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
         [`samples?file=${path.basename(file)}&from=0&to=x&rate=20&topics=1`, /to: found 'x'/],
         [
           `samples?file=${path.basename(file)}&from=0&to=1&rate=20&topics=99999`,
-          /topics: expected numbers of channels/,
+          /topics: found .99999., expected numbers of channels/,
         ],
         [`samples?file=${path.basename(file)}&from=0&to=1&rate=0&topics=1`, /rate: found '0'/],
       ]) {

@@ -14,11 +14,13 @@ import type { LogPanel } from "./log";
 import type { Notices } from "./notices";
 
 export interface Context {
+  /** Of what is shown: the robot, or the recorded one. */
   robot: Robot;
-  /** Of what is shown: the robot, or a recording. */
   world: World;
   /** The recording that is shown instead of the robot; empty: none. */
   replayed: string;
+  /** It is of another robot or deployment than the server's, which computes nothing for it. */
+  foreign: boolean;
   link: Link;
   commander: Commander;
   pilot: Pilot;

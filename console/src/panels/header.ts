@@ -41,7 +41,7 @@ export class Header implements Panel {
         { role: "group", "aria-label": "Control lease" },
         this.who,
         this.take,
-        onPhone() ? kOnPhone() : new Hidden(c).element,
+        onPhone() ? kOnPhone() : c.replayed === "" ? new Hidden(c).element : null,
       ),
     );
   }

@@ -39,16 +39,16 @@ export class Preview {
     private readonly c: Context,
     private readonly view: View,
   ) {
-    const { robot, link, commander } = c;
+    const { robot, world, commander } = c;
     this.check = new TrajectoryCheck(
       commander,
       robot.arms.flatMap((arm) => arm.joints.map((_, j) => isTranslation(arm, j))),
     );
     const topic = (name: string): string => `/${robot.prefix}/planning/${name}`;
-    link.subscribe<ComputationProgress>(topic("progress"), (progress) => {
+    world.link.subscribe<ComputationProgress>(topic("progress"), (progress) => {
       if (progress.client === commander.client) this.check.progressed(progress, performance.now());
     });
-    link.subscribe<ComputationResult>(topic("result"), (result) => {
+    world.link.subscribe<ComputationResult>(topic("result"), (result) => {
       if (result.client === commander.client) this.check.ended(result);
     });
     this.button = action("Preview", "Ghosts of the arms move as in the rehearsal; the robot does not move", () =>

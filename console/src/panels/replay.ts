@@ -7,16 +7,16 @@ import { fetchJson } from "../state/robot";
 import { Timeline } from "../state/timeline";
 import type { Happening } from "../state/timeline";
 import { World } from "../state/world";
-import { Charts } from "./charts";
 import { Choice } from "./choice";
 import type { Context, Panel } from "./context";
 import { action, h, setAttribute, setShown, setText, setUsable } from "./dom";
+import { Notices } from "./notices";
 
 /** What is shown in place of the robot. */
 export interface Shown {
-  file: string;
-  world: World;
-  charts: Charts;
+  c: Context;
+  /** Newest time in the charts, s. */
+  present: () => number;
 }
 
 interface Files {
@@ -45,6 +45,7 @@ export class Replay implements Panel {
   private readonly files = h("ol.recordings", { id: "recordings", "aria-label": "Recordings, the newest first" });
   private readonly folder = h("p.fine");
   private readonly file = h("b", { id: "replay-file" });
+  private readonly other = h("b.other", { id: "replay-other", hidden: true });
   private readonly when = h("span", { id: "replay-when" });
   private readonly time = h("output.time", { id: "replay-time" });
   private readonly scrub = h("input", {
@@ -90,7 +91,7 @@ export class Replay implements Panel {
     this.element = h(
       "section.replay",
       { id: "replay", "aria-label": "Replay of a recording", hidden: true },
-      h("div.line", {}, h("strong", {}, "⟲ REPLAY, not the robot"), this.file, this.when, this.end),
+      h("div.line", {}, h("strong", {}, "⟲ REPLAY, not the robot"), this.file, this.other, this.when, this.end),
       h("div.line", {}, back, this.play, step, this.speed.element, this.time),
       h("div.scrub", {}, this.scrub, this.ticks),
       this.events,
@@ -137,23 +138,32 @@ export class Replay implements Panel {
   }
 
   private begin(about: RecordingAbout): void {
-    const { robot, link, messages } = this.c;
+    const { messages } = this.c;
     const failed = (why: string): void => messages.add("bad", `Replay of ${about.file}: ${why}`);
-    const player = new Player(about, link, failed);
+    const player = new Player(about, failed);
+    const foreign = about.description !== null;
+    const robot = { ...this.c.robot, ...about.description };
     const world = new World(robot, player, player);
-    const charts = new Charts({ ...this.c, world, replayed: about.file }, () => player.time / 1000);
-    const timeline = new Timeline(about, robot, link);
+    const timeline = new Timeline(about, robot);
     this.player = player;
     this.timeline = timeline;
     this.listed = -1;
-    this.shown = { file: about.file, world, charts };
+    const notices = new Notices();
+    this.shown = {
+      c: { ...this.c, robot, world, replayed: about.file, foreign, notices },
+      present: () => player.time / 1000,
+    };
     player.jumped = this.jumped;
     player.speed = 1;
     this.speed.value = "1";
     setText(this.file, about.file);
+    setShown(this.other, foreign);
+    const name = `another robot or deployment: ${robot.robot} · ${robot.deployment}`;
+    setText(this.other, `${name}, as the recording describes it`);
     setText(this.when, `recorded ${dateTime(about.start_ms)}`);
     this.scrub.max = ((about.end_ms - about.start_ms) / 1000).toFixed(2);
-    messages.add("info", `Replay of ${about.file}, recorded ${dateTime(about.start_ms)}: commands are locked`);
+    const of = foreign ? ` of ${name}` : "";
+    messages.add("info", `Replay of ${about.file}${of}, recorded ${dateTime(about.start_ms)}: commands are locked`);
     for (const damage of about.damage) messages.add("bad", `Replay: ${damage}`);
     this.show(this.shown);
     void player.seek(about.start_ms);
@@ -163,12 +173,11 @@ export class Replay implements Panel {
   /** The robot is shown again. @param why  what has happened to it; empty: it was asked for */
   close(why = ""): void {
     if (!this.shown) return;
-    const { file, charts } = this.shown;
+    const file = this.shown.c.replayed;
     this.shown = this.player = null;
     this.timeline?.end();
     this.timeline = null;
     this.show(null);
-    charts.close();
     const text = `Replay of ${file} has ended${why === "" ? "" : `: ${why}`}. The robot is shown.`;
     this.c.messages.add(why === "" ? "info" : "bad", text);
   }
@@ -189,11 +198,11 @@ export class Replay implements Panel {
     this.player?.tick(now);
   }
 
-  update(now: number): void {
+  update(): void {
     for (const button of this.buttons) setUsable(button, this.whyNot());
     setShown(this.element, this.player !== null);
-    const { player, timeline, shown } = this;
-    if (!player || !timeline || !shown) return;
+    const { player, timeline } = this;
+    if (!player || !timeline) return;
     const { start_ms, end_ms } = player.about;
     const at = player.time - start_ms;
     const all = end_ms - start_ms;
@@ -206,7 +215,6 @@ export class Replay implements Panel {
     if (!player.waiting || player.playing) this.scrub.value = (at / 1000).toFixed(2);
     setAttribute(this.scrub, "aria-valuetext", `${duration(at)} of ${duration(all)}`);
     if (timeline.all.length !== this.listed) this.showEvents(timeline.all, start_ms, all);
-    shown.charts.update(now);
   }
 
   private showEvents(happenings: readonly Happening[], start: number, all: number): void {

@@ -110,7 +110,7 @@ export class Run implements Panel {
       this.bar,
       h("div.row", {}, this.pause, this.resume, this.stop),
     );
-    void this.load();
+    if (!c.foreign) void this.load();
   }
 
   private async load(): Promise<void> {

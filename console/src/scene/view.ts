@@ -35,6 +35,7 @@ export class View {
   /** No graphics hardware: no antialiasing, for more frames per second. */
   readonly software: boolean;
   private readonly renderer: THREE.WebGLRenderer;
+  private readonly resized = new ResizeObserver(() => this.resize());
   private dirty = true;
   private next = 0;
   private fence: WebGLSync | null = null;
@@ -84,7 +85,7 @@ export class View {
     this.reach = Math.max(0.1, ...robot.arms.map((arm) => Math.max(...arm.tubes.map((tube) => tube.length))));
     this.furnish(robot);
     this.look("home");
-    new ResizeObserver(() => this.resize()).observe(place);
+    this.resized.observe(place);
     this.resize();
   }
 
@@ -183,6 +184,14 @@ export class View {
     }
     this.controls.update();
     this.touch();
+  }
+
+  /** It is not shown any more: browsers have few contexts of their graphics. */
+  close(): void {
+    this.resized.disconnect();
+    this.controls.dispose();
+    this.renderer.dispose();
+    this.renderer.forceContextLoss();
   }
 
   touch(): void {

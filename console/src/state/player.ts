@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Plays a recording of the server: a source of samples beside the link, with a clock that stands, runs and jumps. */
+import { parse } from "@foxglove/rosmsg";
+import { MessageReader } from "@foxglove/rosmsg2-serialization";
+
 import { Slot } from "../wire/link";
-import type { Link, Source } from "../wire/link";
+import type { Source } from "../wire/link";
 import { parseSamples } from "../wire/samples";
 import type { Sample } from "../wire/samples";
 import { fetchBytes } from "./robot";
+import type { RobotDescription } from "./robot";
 
 /** GET /api/recordings/about */
 export interface RecordingAbout {
@@ -18,6 +22,27 @@ export interface RecordingAbout {
   marks: { time_ms: number; text: string }[];
   /** What is wrong with the file. */
   damage: string[];
+  channels: { id: number; topic: string; type: string }[];
+  /** Of the message types. */
+  definitions: Record<string, string>;
+  /** The robot and the deployment as the recording describes them; null: those of the server. */
+  description: RobotDescription | null;
+}
+
+/** A slot for a topic of a recording; without channel if it has none. @param failed  called for a sample that does not decode */
+export function recordedSlot<T>(
+  about: RecordingAbout,
+  topic: string,
+  listener: ((message: T, time: number) => void) | undefined,
+  rate: number,
+  failed: (why: string) => void,
+): Slot {
+  const slot = new Slot(topic, listener, rate, failed);
+  const channel = about.channels.find((one) => one.topic === topic);
+  if (!channel) return slot;
+  slot.channel = channel.id;
+  slot.reader = new MessageReader(parse(about.definitions[channel.type]!, { ros2: true }));
+  return slot;
 }
 
 export const kSpeeds = [0.25, 0.5, 1, 2, 5, 10] as const;
@@ -77,7 +102,6 @@ export class Player implements Source {
   /** @param failed  called with the reason when samples cannot be had; it stands then */
   constructor(
     readonly about: RecordingAbout,
-    private readonly link: Pick<Link, "slot">,
     private readonly failed: (why: string) => void,
   ) {
     this.first = about.start_ms - kEdge;
@@ -86,11 +110,8 @@ export class Player implements Source {
   }
 
   subscribe<T>(topic: string, listener?: (message: T, time: number) => void): Slot {
-    const live = this.link.slot(topic);
-    const slot = new Slot(topic, listener, kRate, this.failed);
-    if (!live || live.channel < 0) return slot;
-    slot.reader = live.reader;
-    this.slots.set(live.channel, slot);
+    const slot = recordedSlot(this.about, topic, listener, kRate, this.failed);
+    if (slot.channel >= 0) this.slots.set(slot.channel, slot);
     return slot;
   }
   /** Samples of the shown time are on their way. */

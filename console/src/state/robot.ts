@@ -92,18 +92,14 @@ export interface Capabilities {
   computation: boolean;
 }
 
-export interface Robot {
+/** By the files of robot and deployment: the server's, or those in a recording. */
+export interface RobotDescription {
   capabilities: Capabilities;
   deployment: string;
   prefix: string;
   robot: string;
   /** Of robot and deployment, 16 hexadecimal digits: part of every request. */
   fingerprint: string;
-  /** Of the server: new at every start. */
-  session: string;
-  role: string;
-  /** From which the server has this page's requests. */
-  client_address: string;
   arms: Arm[];
   object: GraspedObject | null;
   port: { frame: Pose; radius: number; depth: number } | null;
@@ -123,6 +119,15 @@ export interface Robot {
   budgets: { lease: number; teleoperation: number };
   /** Names and meanings of values in messages, by enumeration. */
   descriptions: Descriptions;
+}
+
+/** GET /api/robot */
+export interface Robot extends RobotDescription {
+  /** Of the server: new at every start. */
+  session: string;
+  role: string;
+  /** From which the server has this page's requests. */
+  client_address: string;
 }
 
 /** A trajectory as values in SI units. */

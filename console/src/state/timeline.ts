@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /** What happened in a recording, and when: its marks, and the faults, stops and runs that are found in its messages. */
-import type { Link } from "../wire/link";
-import { Slot } from "../wire/link";
+import type { Slot } from "../wire/link";
 import type { ControlStatus, PlanningReference, RunSummary, Stop } from "../wire/messages";
 import { Phase } from "../wire/messages";
 import { changesOf } from "./events";
-import { fetchSamples } from "./player";
+import { fetchSamples, recordedSlot } from "./player";
 import type { RecordingAbout } from "./player";
 import type { Robot } from "./robot";
 import { describeSummary } from "./summary";
@@ -36,7 +35,6 @@ export class Timeline {
   constructor(
     private readonly about: RecordingAbout,
     private readonly robot: Robot,
-    private readonly link: Link,
   ) {
     this.looked = about.start_ms;
     for (const { time_ms, text } of about.marks) this.add(time_ms, "mark", text);
@@ -53,11 +51,8 @@ export class Timeline {
   }
 
   private watch<T>(name: string, listener: (message: T, time: number) => void): void {
-    const live = this.link.slot(`/${this.robot.prefix}/${name}`);
-    if (!live || live.channel < 0) return;
-    const slot = new Slot(name, listener, kSlow, () => {});
-    slot.reader = live.reader;
-    this.slots.set(live.channel, slot);
+    const slot = recordedSlot(this.about, `/${this.robot.prefix}/${name}`, listener, kSlow, () => {});
+    if (slot.channel >= 0) this.slots.set(slot.channel, slot);
   }
   private get arms(): string[] {
     return this.robot.arms.map(({ name }) => name);

@@ -10,8 +10,8 @@
 #include <optional>
 
 #include "robots/track.h"
-#include "services/cli/temporary_folder.h"
 #include "services/client/client.h"
+#include "services/runtime/temporary_folder.h"
 
 namespace tandem::cli {
 
@@ -25,7 +25,7 @@ class TemporaryDeployment {
   const config::Deployment& deployment() const { return deployment_; }
 
  private:
-  TemporaryFolder folder_;
+  runtime::TemporaryFolder folder_;
   config::Deployment deployment_;
 };
 

@@ -19,7 +19,7 @@
 #include "services/cli/models/parallel.h"
 #include "services/cli/models/reach.h"
 #include "services/cli/subcommand.h"
-#include "services/cli/temporary_folder.h"
+#include "services/runtime/temporary_folder.h"
 
 namespace tandem::cli {
 namespace {
@@ -316,7 +316,7 @@ void printFacts(const Json& facts) {
 int runShow(const ShowCommand& options) {
   const Json facts = factsOf(options, config::findFile(options.file, ""));
   if (options.figure.wanted()) {
-    const TemporaryFolder folder;
+    const runtime::TemporaryFolder folder;
     const std::filesystem::path file = folder.path() / "facts.json";
     std::ofstream(file) << facts.dump();
     drawFigures("mechanics.py", {"show", file.string(), options.figure.path}, options.figure);

@@ -14,7 +14,7 @@
 #include "recording/named_columns.h"
 #include "services/cli/models/figure.h"
 #include "services/cli/recordings/recordings.h"
-#include "services/cli/temporary_folder.h"
+#include "services/runtime/temporary_folder.h"
 
 namespace tandem::cli {
 namespace {
@@ -64,7 +64,7 @@ recording::ArrayNames arrayNames(Recording& recording) {
   if (names.arms.empty())
     return names;
   try {
-    const TemporaryFolder folder;
+    const runtime::TemporaryFolder folder;
     std::ofstream(folder.path() / "robot.yaml") << recording.attachment("robot.yaml");
     std::vector<recording::ArrayNames::Arm> arms;
     for (const config::Arm& arm : config::loadAnyRobot(folder.path() / "robot.yaml").arms) {
@@ -155,7 +155,7 @@ int runExport(const ExportCommand& options) {
 int runPlot(const ExportCommand& options) {
   Recording recording(options.file);
   const recording::ExportSet set = collect(options, recording);
-  const TemporaryFolder folder;
+  const runtime::TemporaryFolder folder;
   recording::exportCsv(set, folder.path());
   drawFigures("recording_figures.py",
               {folder.path().string(), options.figures.path, "--format", options.figures.format, "--arms",

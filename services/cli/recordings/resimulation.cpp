@@ -3,15 +3,12 @@
 
 #include <cmath>
 #include <deque>
-#include <fstream>
 #include <iostream>
 #include <map>
 #include <optional>
-#include <sstream>
 
-#include "config/robot_files.h"
-#include "services/cli/temporary_folder.h"
 #include "services/dds/raw.h"
+#include "services/recordings/recorded_system.h"
 #include "services/simulation/sim_core.h"
 
 namespace tandem::cli {
@@ -64,21 +61,6 @@ Run readRun(Recording& recording) {
     throw Failure(kUsage,
                   "found a recording in real time, expected clock: lock_step (results in real time depend on timing)");
   return run;
-}
-
-/// Writes the recorded configuration. @return the deployment file
-std::filesystem::path writeFiles(Recording& recording, const std::filesystem::path& folder) {
-  std::istringstream lines(recording.attachment("deployment.yaml"));
-  std::ofstream(folder / "robot.yaml") << recording.attachment("robot.yaml");
-  // Its paths are relative to its former folder; here the robot file is beside it, and a simulator needs no hardware.
-  std::ofstream out(folder / "deployment.yaml");
-  for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("robot:"))
-      line = "robot: robot.yaml";
-    if (!line.starts_with("hardware:"))
-      out << line << "\n";
-  }
-  return folder / "deployment.yaml";
 }
 
 /** A new simulator, stepped with the recorded inputs from state to state. */
@@ -150,16 +132,15 @@ class Replica {
 
 int resimulate(Recording& recording) {
   Run run = readRun(recording);
-  const TemporaryFolder folder;
   runtime::Setup setup;
   setup.name = "sim";
   try {
-    setup.deployment = config::loadDeployment(writeFiles(recording, folder.path()));
-    setup.robot = config::loadAnyRobot(setup.deployment);
-  } catch (const config::Error& error) {
-    const std::string what = error.what(), prefix = folder.path().string() + "/";
-    throw Failure(kUsage, recording.reader().file().string() + ": attachment " +
-                              (what.starts_with(prefix) ? what.substr(prefix.size()) : what));
+    recordings::RecordedSystem system =
+        recordings::readSystem(recording.reader(), recordings::RecordedHardware::kLeaveOut);
+    setup.deployment = std::move(system.deployment);
+    setup.robot = std::move(system.robot);
+  } catch (const std::invalid_argument& refused) {
+    throw Failure(kUsage, recording.reader().file().string() + ": " + refused.what());
   }
   setup.session = run.states.begin()->second.session;
   Replica replica(recording, run, setup);

@@ -2,6 +2,7 @@
 /** @file Deployments. */
 #include <numbers>
 
+#include "config/deployment_copy.h"
 #include "support.h"
 
 namespace tandem::config::test {
@@ -294,6 +295,20 @@ TEST(Deployment, Refusals) {
   };
   for (const Refusal& refusal : refusals)
     expectRefusalBesideRobot(good, refusal, load_file);
+}
+
+TEST(Deployment, ACopyOfADeploymentIsReadWithCompanionsElsewhere) {
+  const auto original = presets() / "deployments/drives.yaml";
+  const Folder folder;
+  const auto copy = folder.write("copy.yaml", readAll(original) + "security: of-the-original\n");
+  EXPECT_THROW(loadDeployment(copy), Error);
+  const CompanionFiles companions{folder.write("r.yaml", readAll(presets() / "robots/ark2024.yaml")),
+                                  folder.write("h.yaml", readAll(presets() / "hardware/ark2024-two-buses.yaml"))};
+  const Deployment read = loadDeployment(copy, companions);
+  EXPECT_EQ(read.robot, companions.robot);
+  EXPECT_EQ(read.hardware, companions.hardware);
+  EXPECT_EQ(read.values, loadDeployment(original).values);
+  EXPECT_TRUE(loadDeployment(copy, {companions.robot, {}}).hardware.empty());
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstring>
 #include <fstream>
 #include <iostream>
@@ -12,7 +13,9 @@
 
 #include "config/arm_names.h"
 #include "config/robot_files.h"
+#include "services/console/api.h"
 #include "services/console/protocol.h"
+#include "services/dds/definitions.h"
 #include "services/dds/raw.h"
 #include "services/recordings/run_file.h"
 #include "services/runtime/process.h"
@@ -40,7 +43,7 @@ class RecordingsOfThePage : public testing::Test {
         robot_(config::loadAnyRobot(deployment_)),
         topics_(dds::allTopics(config::armList(robot_))),
         folder_(fs::temp_directory_path() / ("tandem-replay-" + std::to_string(getpid()))),
-        replay_(folder_, deployment_, topics_) {
+        replay_(folder_, deployment_, robot_) {
     fs::create_directories(folder_);
     while (topics_[status_].name != "control/status")
       ++status_;
@@ -64,6 +67,11 @@ class RecordingsOfThePage : public testing::Test {
     return file;
   }
   recordings::RunInfo ownInfo() const { return recordings::describeRun(deployment_, robot_); }
+  /// Of a deployment among the presets.
+  static recordings::RunInfo infoOf(const std::string& preset) {
+    const auto deployment = config::loadDeployment(config::findFile(preset, "deployment"));
+    return recordings::describeRun(deployment, config::loadAnyRobot(deployment));
+  }
 
   std::vector<PackedSample> samples(const std::string& file,
                                     double from,
@@ -165,7 +173,7 @@ TEST_F(RecordingsOfThePage, AnswersAreLimitedAndContinueWhereTheyEnd) {
   EXPECT_GT(answers, 1) << "the limit was not reached";
 }
 
-TEST_F(RecordingsOfThePage, OtherRobotsForeignFilesAndPathsAreRefused) {
+TEST_F(RecordingsOfThePage, ForeignFilesAndPathsAreRefused) {
   recordings::RunInfo other = ownInfo();
   other.values["fingerprint"] = "0123456789abcdef";
   write("other.mcap", other);
@@ -175,7 +183,9 @@ TEST_F(RecordingsOfThePage, OtherRobotsForeignFilesAndPathsAreRefused) {
   std::ofstream(folder_ / "text.mcap") << "no recording";
   fs::create_symlink("/etc/passwd", folder_ / "link.mcap");
   fs::create_directory(folder_ / "folder.mcap");
-  EXPECT_NE(refusal("file=other.mcap").find("of another robot or deployment: "), std::string::npos);
+  EXPECT_NE(refusal("file=other.mcap").find("of another robot or deployment, ark2024 · laptop, recorded "),
+            std::string::npos);
+  EXPECT_NE(refusal("file=other.mcap").find("the configuration in it has other values"), std::string::npos);
   EXPECT_NE(refusal("file=foreign.mcap").find("no recording of Tandem"), std::string::npos);
   EXPECT_NE(refusal("file=text.mcap").find("is no MCAP file"), std::string::npos);
   for (const char* name : {"link.mcap", "folder.mcap", "none.mcap"})
@@ -183,6 +193,53 @@ TEST_F(RecordingsOfThePage, OtherRobotsForeignFilesAndPathsAreRefused) {
   for (const char* name :
        {"", "..", "../run.mcap", "..%2Frun.mcap", "%2Fetc%2Fpasswd", ".run.mcap", "a%00.mcap", "a/b.mcap"})
     EXPECT_NE(refusal("file=" + std::string(name)).find("expected the name of a recording"), std::string::npos) << name;
+}
+
+TEST_F(RecordingsOfThePage, OtherRobotsAreDescribedAsTheRecordingDescribesThem) {
+  for (const char* preset : {"one-arm", "ablation-pair", "planar-pair", "handheld", "drives", "teleop"}) {
+    const auto deployment = config::loadDeployment(config::findFile(preset, "deployment"));
+    const auto robot = config::loadAnyRobot(deployment);
+    write("other.mcap", infoOf(preset), deployment.prefix);
+    const auto about = replay_.describe("file=other.mcap");
+    EXPECT_EQ(about["description"], describeRobot(deployment, robot)) << preset;
+    ASSERT_EQ(about["channels"].size(), 1u) << preset;
+    const auto channel = about["channels"][0];
+    EXPECT_EQ(channel["topic"], "/" + deployment.prefix + "/control/status");
+    EXPECT_EQ(dds::allTopics(config::armList(robot)).at(channel["id"]).name, "control/status");
+    EXPECT_EQ(about["definitions"]["tandem_msgs/msg/ControlStatus"],
+              dds::messageDefinition("tandem_msgs/msg/ControlStatus"));
+  }
+  write("own.mcap", ownInfo());
+  EXPECT_TRUE(replay_.describe("file=own.mcap")["description"].is_null());
+}
+
+TEST_F(RecordingsOfThePage, OtherRobotsWhoseDescriptionIsIncompleteAreRefused) {
+  const recordings::RunInfo info = infoOf("handheld");
+  for (const char* name : {"deployment.yaml", "robot.yaml", "hardware.yaml"}) {
+    const auto refused_with = [&](auto change) {
+      recordings::RunInfo changed = info;
+      const auto file = std::find_if(changed.files.begin(), changed.files.end(),
+                                     [&](const recording::Attachment& one) { return one.name == name; });
+      ASSERT_NE(file, changed.files.end()) << name;
+      change(changed.files, file);
+      write("other.mcap", changed);
+      const std::string why = refusal("file=other.mcap");
+      EXPECT_NE(why.find("of another robot or deployment, "), std::string::npos) << why;
+      EXPECT_NE(why.find("attachment " + std::string(name) + ":"), std::string::npos) << why;
+    };
+    refused_with([](auto& files, auto file) { files.erase(file); });
+    refused_with([](auto&, auto file) { file->data = "tandem: [nothing"; });
+    refused_with([](auto&, auto file) { file->data.clear(); });
+  }
+  recordings::RunInfo changed = info;
+  for (recording::Attachment& file : changed.files) {
+    const std::string key = "tip_gain_per_s: ";
+    if (const auto at = file.data.find(key); file.name == "deployment.yaml" && at != std::string::npos)
+      file.data.insert(at + key.size(), "1");
+  }
+  write("other.mcap", changed);
+  EXPECT_NE(refusal("file=other.mcap").find("the configuration in it has other values"), std::string::npos)
+      << refusal("file=other.mcap");
 }
 
 TEST_F(RecordingsOfThePage, AnyDamageIsReportedOrRefusedAndNeverMore) {

@@ -1,24 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Temporary folder, removed at the end of a command. */
+/** @file Temporary folder, removed with its object. */
 #pragma once
 
-#include <unistd.h>
+#include <stdlib.h>
 
+#include <cerrno>
 #include <filesystem>
 #include <string>
+#include <system_error>
 
-#include "services/cli/subcommand.h"
-
-namespace tandem::cli {
+namespace tandem::runtime {
 
 /** A folder that exists as long as the object. */
 class TemporaryFolder {
  public:
-  /// @throw Failure if it cannot be created.
+  /// @throw std::system_error if it cannot be created.
   TemporaryFolder() {
     std::string name = (std::filesystem::temp_directory_path() / "tandem-XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr)
-      throw Failure(kFailure, name + ": cannot be created");
+      throw std::system_error(errno, std::generic_category(), name + ": cannot be created");
     path_ = name;
   }
   ~TemporaryFolder() {
@@ -33,4 +33,4 @@ class TemporaryFolder {
   std::filesystem::path path_;
 };
 
-}  // namespace tandem::cli
+}  // namespace tandem::runtime
