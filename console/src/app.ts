@@ -83,7 +83,7 @@ export class App {
         if (!past) messages.showPast();
       },
     );
-    keepAcknowledged(messages.log, robot.session);
+    keepAcknowledged(messages.log, robot.fingerprint);
     const events = new Events(robot, link, commander, messages.log, (time) => server.when(time), this.past);
     world.taps.diagnostics.push((array, time) => events.ended(array, time));
     world.taps.hal.push((status, time) => events.receivedHal(status, time));

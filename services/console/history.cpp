@@ -36,6 +36,8 @@ bool History::isEvent(std::uint32_t channel,
     const auto [last, first] = states_.try_emplace(channel, features.events);
     return first || std::exchange(last->second, features.events) != features.events;
   }
+  if (topic.profile == dds::Profile::kLatched && isKept(channel, *sample.bytes))
+    return false;
   if (topic.type == dds::DiagnosticArray::kType)
     return saysAnEnd(*sample.bytes);
   if (topic.type != dds::Stop::kType)
@@ -49,6 +51,11 @@ bool History::isEvent(std::uint32_t channel,
   return first || sample.time - std::exchange(last->second, sample.time) > kAgain;
 }
 
+bool History::isKept(std::uint32_t channel, std::string_view bytes) const {
+  return std::any_of(kept_.begin(), kept_.end(),
+                     [&](const HistoryEvent& one) { return one.channel == channel && *one.sample.bytes == bytes; });
+}
+
 void History::take(std::uint32_t channel,
                    const dds::TopicInfo& topic,
                    const HubSample& sample,
@@ -56,15 +63,26 @@ void History::take(std::uint32_t channel,
   const std::lock_guard lock(mutex_);
   if (!isEvent(channel, topic, sample, features))
     return;
+  ++taken_;
   kept_.push_back({channel, sample});
   for (bytes_ += sample.bytes->size(); kept_.size() > kMost || bytes_ > kBytes; kept_.pop_front())
     bytes_ -= kept_.front().sample.bytes->size();
 }
 
+std::vector<HistoryEvent> History::events() const {
+  const std::lock_guard lock(mutex_);
+  return {kept_.begin(), kept_.end()};
+}
+
+std::uint64_t History::taken() const {
+  const std::lock_guard lock(mutex_);
+  return taken_;
+}
+
 std::string History::packed(std::uint64_t now) const {
   std::string answer = beginSamples(now);
   const std::lock_guard lock(mutex_);
-  for (const Kept& kept : kept_)
+  for (const HistoryEvent& kept : kept_)
     appendSample(answer, kept.channel, kept.sample.time, *kept.sample.bytes);
   return answer;
 }

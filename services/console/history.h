@@ -8,11 +8,18 @@
 #include <mutex>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "services/console/decimation.h"
 #include "services/dds/topics.h"
 
 namespace tandem::console {
+
+/** A kept sample. */
+struct HistoryEvent {
+  std::uint32_t channel = 0;
+  HubSample sample;
+};
 
 /** Keeps samples of the topics with events, as DDS delivers them. Any thread. */
 class History {
@@ -23,30 +30,33 @@ class History {
   /// Whether the topic has events: states, faults, stops, ends of runs and processes, lines of logs, identities.
   static bool concerns(const dds::TopicInfo& topic);
 
-  /// Keeps the sample if it has an event: not the same state again, not a repetition of a stop within a second.
+  /// Keeps the sample if it has an event: not the same state again, not a repetition of a stop within a second, not a
+  /// sample that is delivered once more because its reader is new.
   /// @param features  of the sample
   void take(std::uint32_t channel,
             const dds::TopicInfo& topic,
             const HubSample& sample,
             const SampleFeatures& features);
 
+  /// In the order of their reception.
+  std::vector<HistoryEvent> events() const;
+  /// Number of samples kept so far, also of those that have made room for others.
+  std::uint64_t taken() const;
   /// All kept samples in the order of their reception, packed as those of a recording (replay.h). @param now  ns
   std::string packed(std::uint64_t now) const;
 
  private:
-  struct Kept {
-    std::uint32_t channel;
-    HubSample sample;
-  };
-
   bool isEvent(std::uint32_t channel,
                const dds::TopicInfo& topic,
                const HubSample& sample,
                const SampleFeatures& features);
 
+  bool isKept(std::uint32_t channel, std::string_view bytes) const;
+
   mutable std::mutex mutex_;
-  std::deque<Kept> kept_;
+  std::deque<HistoryEvent> kept_;
   std::size_t bytes_ = 0;
+  std::uint64_t taken_ = 0;
   std::map<std::uint32_t, std::uint64_t> states_;  ///< events of the last sample by channel
   std::map<std::uint64_t, std::uint64_t> stops_;   ///< time of the last stop by client
 };

@@ -43,8 +43,8 @@ void Client::note(StatusLevel level, const std::string& message, const std::stri
   sendText(statusNote(level, message, id));
 }
 
-Hub::Hub(dds::Bus& bytes, const std::vector<std::string>& arms, const std::string& session)
-    : bytes_(bytes), session_(session) {
+Hub::Hub(dds::Bus& bytes, History& history, const std::vector<std::string>& arms, const std::string& session)
+    : bytes_(bytes), history_(history), session_(session) {
   const std::string& prefix = bytes.options().prefix;
   std::vector<Channel> channels;
   std::vector<HubChannel> of_requests;

@@ -60,8 +60,8 @@ class Client {
  * after a subscription loses none. Writers exist from the beginning, for the same reason. */
 class Hub {
  public:
-  /// @param bytes  a separate bus, of role console @param arms  names of the robot's arms
-  Hub(dds::Bus& bytes, const std::vector<std::string>& arms, const std::string& session);
+  /// @param bytes  a separate bus, of role console @param history  outlives this @param arms  names of the robot's arms
+  Hub(dds::Bus& bytes, History& history, const std::vector<std::string>& arms, const std::string& session);
 
   /// Adds a client and sends it the server info and all channels.
   void join(const std::shared_ptr<Client>& client);
@@ -126,7 +126,7 @@ class Hub {
   void updateGraph();
 
   dds::Bus& bytes_;
-  History history_;
+  History& history_;
   std::unique_ptr<RobotRequests> requests_;   // before the readers, whose callbacks use both
   std::vector<std::unique_ptr<Line>> lines_;  ///< by channel
   std::vector<std::shared_ptr<Client>> clients_;

@@ -9,6 +9,7 @@
 
 #include "config/arm_names.h"
 #include "services/console/api.h"
+#include "services/console/events_file.h"
 #include "services/console/markers.h"
 #include "services/console/recording.h"
 #include "services/console/replay.h"
@@ -45,10 +46,10 @@ console::Page findPage(const std::filesystem::path& given) {
   return page;
 }
 
-/// Beside those of the black box.
-std::filesystem::path folderOfRecordings(const config::Deployment& deployment) {
+/// Of what is kept beside the files of the black box.
+std::filesystem::path folderOf(const config::Deployment& deployment, const char* name) {
   const auto& given = deployment.black_box.directory;
-  return given.empty() ? runtime::stateDirectory() / "recordings" : given / "recordings";
+  return (given.empty() ? runtime::stateDirectory() : given) / name;
 }
 
 /** CPU load of this process, in cores, over the last second. */
@@ -91,14 +92,19 @@ class Console {
         diagnostics_(bus_, setup),
         markers_(bus_, setup.robot),
         clock_(bus_, setup),
-        hub_(bytes_, config::armList(setup.robot), std::to_string(setup.session)),
+        events_(
+            history_,
+            folderOf(setup.deployment, "events") / (setup.deployment.name + "_" + setup.deployment.prefix + ".mcap"),
+            setup.deployment,
+            setup.robot),
+        hub_(bytes_, history_, config::armList(setup.robot), std::to_string(setup.session)),
         shapes_(setup.robot, setup.deployment.model),
         recording_(
             setup.deployment,
             setup.robot,
             runtime::ofAnyRobot(runtime::busOptions(setup.deployment, setup.name + "-recording", dds::Role::kConsole)),
-            folderOfRecordings(setup.deployment)),
-        replay_(folderOfRecordings(setup.deployment), setup.deployment, setup.robot),
+            folderOf(setup.deployment, "recordings")),
+        replay_(folderOf(setup.deployment, "recordings"), setup.deployment, setup.robot),
         server_(options_, hub_, access_, page_, [this](auto path, auto query, auto role, const auto& address) {
           return answer(path, query, role, address);
         }) {}
@@ -226,6 +232,8 @@ class Console {
   runtime::Diagnostics diagnostics_;
   console::Markers markers_;
   runtime::ClockRequestHandler clock_;
+  console::History history_;
+  console::EventsFile events_;  // before the hub, whose last events it writes
   console::Hub hub_;
   console::Shapes shapes_;
   console::Recording recording_;

@@ -107,8 +107,8 @@ export function toCsv(entries: readonly Entry[]): string {
 const kTolerance = 100; // ms by which a time may differ when the clocks are compared again
 
 /** Keeps in the browser's tab which alarms are acknowledged, for the same page loaded again. */
-export function keepAcknowledged(log: Log, session: string): void {
-  const key = `acknowledged ${session}`;
+export function keepAcknowledged(log: Log, fingerprint: string): void {
+  const key = `acknowledged ${fingerprint}`;
   log.acknowledgedBefore = Number(sessionStorage.getItem(key) ?? 0);
   log.acknowledging = (time) => sessionStorage.setItem(key, String(time + kTolerance));
 }

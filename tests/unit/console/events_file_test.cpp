@@ -1,0 +1,176 @@
+// SPDX-License-Identifier: Apache-2.0
+/** @file Events that outlive the server, whatever has become of their file. */
+#include "services/console/events_file.h"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <iostream>
+#include <iterator>
+#include <random>
+#include <thread>
+
+#include "config/arm_names.h"
+#include "config/robot_files.h"
+#include "services/dds/raw.h"
+#include "services/runtime/temporary_folder.h"
+
+namespace tandem::console {
+namespace {
+
+namespace fs = std::filesystem;
+
+class EventsOverRestarts : public testing::Test {
+ protected:
+  EventsOverRestarts()
+      : deployment_(config::loadDeployment(config::findFile("laptop", "deployment"))),
+        robot_(config::loadAnyRobot(deployment_)),
+        topics_(dds::allTopics(config::armList(robot_))),
+        file_(folder_.path() / "events" / "laptop.mcap"),
+        seed_(std::random_device{}()),
+        random_(seed_) {
+    std::cout << "seed " << seed_ << "\n";
+    signal(SIGXFSZ, SIG_IGN);
+  }
+
+  template <class M>
+  void take(History& history, const std::string& topic, const M& message) {
+    const auto found = std::find_if(topics_.begin(), topics_.end(), [&](const auto& one) { return one.name == topic; });
+    const auto bytes = std::make_shared<const std::string>(dds::encode(message));
+    time_ += 1 + random_() % 1'000'000'000;
+    history.take(static_cast<std::uint32_t>(found - topics_.begin()), *found, {bytes, time_},
+                 featuresOf(found->type, *bytes));
+  }
+  void takeSome(History& history, int count) {
+    for (int k = 0; k < count; ++k) {
+      dds::Log line{};
+      line.msg = "line " + std::to_string(random_());
+      dds::ControlStatus status{};
+      status.faults[0] = static_cast<std::uint32_t>(random_() % 8);
+      dds::RunSummary summary{};
+      summary.trajectory_id = static_cast<std::uint32_t>(random_());
+      switch (random_() % 3) {
+        case 0:
+          take(history, "/rosout", line);
+          break;
+        case 1:
+          take(history, "control/status", status);
+          break;
+        default:
+          take(history, "planning/summary", summary);
+      }
+    }
+  }
+  /// The server from its start to its end. @return its history at the end
+  template <class Run>
+  std::string serve(Run run) {
+    History history;
+    {
+      const EventsFile events(history, file_, deployment_, robot_);
+      run(history);
+    }
+    return history.packed(0);
+  }
+  std::string served() {
+    return serve([](History&) {});
+  }
+  std::string contents() const {
+    std::ifstream stream(file_, std::ios::binary);
+    return {std::istreambuf_iterator<char>(stream), {}};
+  }
+  void overwrite(const std::string& bytes) const { std::ofstream(file_, std::ios::binary) << bytes; }
+
+  const runtime::TemporaryFolder folder_;
+  config::Deployment deployment_;
+  config::Robot robot_;
+  std::vector<dds::TopicInfo> topics_;
+  fs::path file_;
+  unsigned seed_;
+  std::mt19937 random_;
+  std::uint64_t time_ = 1'700'000'000'000'000'000;
+};
+
+TEST_F(EventsOverRestarts, AreThereAgainInOrderAndWithTheirTimes) {
+  std::string before = served();
+  for (int run = 0; run < 5; ++run) {
+    std::string found;
+    const std::string after = serve([&](History& history) {
+      found = history.packed(0);
+      takeSome(history, static_cast<int>(random_() % 300));
+    });
+    EXPECT_EQ(found, before);
+    EXPECT_GT(after.size(), before.size());
+    before = after;
+  }
+  serve([&](History& history) { takeSome(history, 2 * static_cast<int>(History::kMost)); });
+  History last;
+  const EventsFile events(last, file_, deployment_, robot_);
+  EXPECT_LE(last.events().size(), History::kMost);
+  EXPECT_GT(last.events().size(), History::kMost / 2);
+  EXPECT_EQ(std::distance(fs::directory_iterator(file_.parent_path()), {}), 1) << "other files were left";
+}
+
+TEST_F(EventsOverRestarts, AreNotTakenOnceMoreWhenTheirWriterSendsThemToTheNewReader) {
+  dds::RunSummary summary{};
+  summary.trajectory_id = 7;
+  const std::string before = serve([&](History& history) { take(history, "planning/summary", summary); });
+  EXPECT_EQ(serve([&](History& history) { take(history, "planning/summary", summary); }), before);
+}
+
+TEST_F(EventsOverRestarts, ABrokenFileCostsEventsAndNothingElse) {
+  const std::string whole = serve([&](History& history) { takeSome(history, 200); });
+  const std::string bytes = contents();
+  for (int run = 0; run < 60; ++run) {
+    std::string bad = bytes.substr(0, run % 2 == 0 ? bytes.size() : random_() % bytes.size());
+    for (int k = 0; k < run % 7 && !bad.empty(); ++k)
+      bad[random_() % bad.size()] = static_cast<char>(random_());
+    overwrite(bad);
+    EXPECT_LE(served().size(), whole.size());
+  }
+  overwrite("no MCAP file");
+  EXPECT_EQ(served(), History().packed(0));
+  const std::string after = serve([&](History& history) { takeSome(history, 5); });
+  EXPECT_EQ(served(), after) << "the broken file is not replaced";
+}
+
+TEST_F(EventsOverRestarts, OfAnotherRobotAreLeftOut) {
+  serve([&](History& history) { takeSome(history, 20); });
+  deployment_.values += "another: value\n";
+  EXPECT_EQ(served(), History().packed(0));
+}
+
+TEST_F(EventsOverRestarts, AFullDiskEndsNothingAndTheyAreWrittenWhenThereIsRoom) {
+  const std::string before = serve([&](History& history) { takeSome(history, 50); });
+  rlimit limit{};
+  getrlimit(RLIMIT_FSIZE, &limit);
+  const rlimit full{100, limit.rlim_max};  // a file size limit makes a write fail as a full disk does
+  setrlimit(RLIMIT_FSIZE, &full);
+  serve([&](History& history) { takeSome(history, 50); });
+  setrlimit(RLIMIT_FSIZE, &limit);
+  EXPECT_EQ(served(), before) << "the file from before is not whole";
+  EXPECT_EQ(std::distance(fs::directory_iterator(file_.parent_path()), {}), 1) << "a part of a file was left";
+
+  History history;
+  setrlimit(RLIMIT_FSIZE, &full);
+  const EventsFile events(history, file_, deployment_, robot_);
+  const auto old = fs::last_write_time(file_);
+  takeSome(history, 50);
+  setrlimit(RLIMIT_FSIZE, &limit);
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (fs::last_write_time(file_) == old && std::chrono::steady_clock::now() < deadline)
+    std::this_thread::yield();
+  EXPECT_NE(fs::last_write_time(file_), old);
+}
+
+TEST_F(EventsOverRestarts, AFolderThatCannotBeMadeEndsNothing) {
+  std::ofstream(folder_.path() / "events") << "a file";
+  const std::string empty = served();
+  EXPECT_GT(serve([&](History& history) { takeSome(history, 5); }).size(), empty.size());
+  EXPECT_EQ(served(), empty);
+}
+
+}  // namespace
+}  // namespace tandem::console
