@@ -37,6 +37,14 @@ void refuse(HalAnswer& answer, dds::ReplyCode code, const char* who, const char*
   std::snprintf(answer.reason.data(), answer.reason.size(), "%s%s%s", who, why, more);
 }
 
+/// One bit for each joint.
+std::uint8_t notHomed(const hal::ArmHardware& arm) noexcept {
+  unsigned joints = 0;
+  for (int j = 0; j < arm.jointCount(); ++j)
+    joints |= arm.axis(j).referenced() ? 0u : 1u << j;
+  return static_cast<std::uint8_t>(joints);
+}
+
 }  // namespace
 
 dds::Reply replyOf(const HalAnswer& answer) {
@@ -119,6 +127,10 @@ HalAnswer HalCore::onRequest(const ParsedHalRequest& request, std::int64_t now) 
   HalAnswer answer;
   answer.client = request.client;
   answer.request = request.request;
+  answer.kind = static_cast<dds::HalKind>(request.kind);
+  answer.arm = request.arm;
+  answer.joint = request.joint;
+  answer.position = request.position;
   const bool measured = request.kind == static_cast<std::uint8_t>(dds::HalKind::kMeasured);
   if (!measured && request.kind != static_cast<std::uint8_t>(dds::HalKind::kHome))
     refuse(answer, dds::ReplyCode::kUnknown, "", "unknown kind of request, expected 1 (home) or 2 (measured)");
@@ -130,6 +142,8 @@ HalAnswer HalCore::onRequest(const ParsedHalRequest& request, std::int64_t now) 
   const int first = request.arm == dds::kAllArms ? 0 : request.arm;
   const int last = request.arm == dds::kAllArms ? drives_.armCount() - 1 : request.arm;
   answer.value = 1;
+  for (int a = first; a <= last; ++a)
+    answer.not_homed[static_cast<std::size_t>(a)] = notHomed(drives_.arm(a));
   for (int a = first; a <= last && answer.code == dds::ReplyCode::kOk; ++a) {
     if (const operation::Refusal refusal{againstHoming(request, a, now), idl::Action::kHomeDrives}) {
       const char* name = drives_.config().arms[static_cast<std::size_t>(a)].name.c_str();

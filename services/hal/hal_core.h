@@ -27,8 +27,13 @@ struct ParsedHalRequest {
 struct HalAnswer {
   std::uint64_t client = 0;
   std::uint64_t request = 0;
+  dds::HalKind kind = dds::HalKind::kHome;
+  std::uint8_t arm = dds::kAllArms;  ///< this and the next two as in ParsedHalRequest
+  std::uint8_t joint = 0;
+  double position = 0.0;
   dds::ReplyCode code = dds::ReplyCode::kOk;
-  std::uint32_t value = 0;  ///< home: 1 done, 0 running
+  std::uint32_t value = 0;                ///< home: 1 done, 0 running
+  dds::PerArm<std::uint8_t> not_homed{};  ///< joints of the requested arms before the request, one bit each
   std::array<char, 120> reason{};
 };
 /// Converts a reply to its DDS message.

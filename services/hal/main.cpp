@@ -11,6 +11,7 @@
 #include "services/hal/bus_setup.h"
 #include "services/hal/hal_core.h"
 #include "services/hal/hal_events.h"
+#include "services/hal/homing_log.h"
 #include "services/hal/position_keeper.h"
 #include "services/runtime/drive_shell.h"
 #include "services/runtime/spsc_queue.h"
@@ -40,11 +41,15 @@ class Service {
       : hardware_(hardware),
         core_(core),
         positions_(hardware, hal_service::positionFile(hardware), core),
+        homing_log_(setup.robot),
         shell_(setup, hardware.period, [this](const auto& m) { return details(m); }),
         replies_(shell_.bus().writer(dds::kHalReply)),
         answers_out_(shell_.publisher().queue<hal_service::HalAnswer>(
             64,
-            [this](const auto& m) { replies_.write(hal_service::replyOf(m)); })),
+            [this](const auto& m) {
+              replies_.write(hal_service::replyOf(m));
+              log(homing_log_.answered(m, shell_.bus().identityOf(m.client), runtime::monotonicNow()));
+            })),
         events_out_(shell_.publisher().queue<hal::HardwareEvent>(256, [this](const auto& m) { log(m); })),
         restarts_out_(shell_.publisher().queue<int>(8, [this](int b) {
           restartBus(hardware_.buses[static_cast<std::size_t>(b)]);
@@ -107,7 +112,14 @@ class Service {
     }
   }
 
-  runtime::Details details(const dds::HalStatus& status) const {
+  void log(const hal_service::HomingLog::Line& line) {
+    if (!line.text.empty())
+      spdlog::log(line.refused ? spdlog::level::warn : spdlog::level::info, "{}", line.text);
+  }
+
+  /// Publisher thread.
+  runtime::Details details(const dds::HalStatus& status) {
+    log(homing_log_.look(runtime::monotonicNow()));
     const double* const success = status.bus_success.data();
     const double worst = status.bus_count > 0 ? *std::min_element(success, success + status.bus_count) : 1.0;
     return {{"bus_load", fmt::format("{:.3f}", status.bus_load)},
@@ -120,6 +132,7 @@ class Service {
   hal_service::HalCore& core_;
   hal_service::PositionKeeper positions_;
   std::string last_problem_ = "none";  ///< publisher thread
+  hal_service::HomingLog homing_log_;  ///< publisher thread
   runtime::DriveShell shell_;
   dds::Writer<dds::Reply> replies_;
   runtime::Outbox::Queue<hal_service::HalAnswer>& answers_out_;

@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file Homing requests: only the lease owner can start homing runs. */
+#include <fmt/format.h>
+
 #include "services/hal/hal_core.h"
+#include "services/hal/homing_log.h"
 #include "tests/unit/hal_robot/robot_fixture.h"
 #include "tests/unit/services/system.h"
 
@@ -49,12 +52,19 @@ class HomingSystem {
   }
   ReplyCode home(std::uint64_t client) {
     answer = hal_->onRequest({client, 1, static_cast<std::uint8_t>(dds::HalKind::kHome), 0}, now_);
+    note(log_.answered(answer, {}, now_));
     return answer.code;
   }
   ReplyCode measured(std::uint64_t client, std::uint8_t arm, std::uint8_t joint, double position) {
     answer =
         hal_->onRequest({client, 1, static_cast<std::uint8_t>(dds::HalKind::kMeasured), arm, joint, position}, now_);
+    note(log_.answered(answer, {}, now_));
     return answer.code;
+  }
+  /// The lines of the log since the last call.
+  std::vector<std::string> lines() {
+    note(log_.look(now_));
+    return std::exchange(lines_, {});
   }
   bool homed() const { return hal_->robot().homed(0); }
   bool homing() const { return hal_->robot().arm(0).homing(); }
@@ -65,6 +75,12 @@ class HomingSystem {
   std::optional<std::uint64_t> commander;  ///< client in commands instead of control's
 
  private:
+  void note(const hal_service::HomingLog::Line& line) {
+    if (line.text.empty())
+      return;
+    EXPECT_EQ(line.refused, line.text.starts_with("request refused: ")) << line.text;
+    lines_.push_back(line.text);
+  }
   void cycle(std::uint64_t keeper) {
     if (keeper != 0)
       sendRequest(keeper, ControlKind::kKeepLease);
@@ -81,6 +97,8 @@ class HomingSystem {
   std::vector<std::unique_ptr<hal::test::Wire>> wires_;
   std::vector<hal::can::Bus*> buses_;
   std::optional<hal_service::HalCore> hal_;
+  hal_service::HomingLog log_{of_hal_.robot};
+  std::vector<std::string> lines_;
   robots::RobotModel model_{of_control_.robot};
   control_service::ControlRequestHandler handler_{of_control_, model_};
   operation::ControlCore control_{control_service::controlSetupOf(of_control_, model_), handler_.makeTracker()};
@@ -132,6 +150,41 @@ TEST(HomingRequest, IsRefusedWhileControlIsInFaultOrSilent) {
   EXPECT_FALSE(s.homing());
 }
 
+TEST(HomingLog, HasWhoAskedForWhichJointsAndTheResultOnce) {
+  using Lines = std::vector<std::string>;
+  const std::string what = "home the drives of arm_a (beta_1, beta_2, beta_3)";
+  HomingSystem s;
+  ASSERT_EQ(s.sendRequest(kHolder, ControlKind::kAcquireLease), ReplyCode::kOk);
+  s.run(0.1, kHolder);
+  const auto home = [&](double seconds) {
+    for (double t = 0.0; t < seconds && !s.homed(); t += 0.2) {
+      s.home(kHolder);
+      s.home(kOther);  // is refused in between
+      s.run(0.2, kHolder);
+    }
+  };
+  home(1.0);
+  Lines lines = s.lines();
+  ASSERT_EQ(lines.size(), 2u);
+  EXPECT_EQ(lines[0], "request: " + what + ", by client 0007");
+  EXPECT_TRUE(lines[1].starts_with("request refused: " + what + ": arm_a: ")) << lines[1];
+  EXPECT_TRUE(lines[1].ends_with(", by client 0008")) << lines[1];
+  s.run(1.5, kHolder);  // it is let go
+  EXPECT_EQ(s.lines(), (Lines{"request: " + what + ": ended before the joints were homed, by client 0007"}));
+  EXPECT_EQ(s.lines(), Lines{});
+  home(100.0);
+  ASSERT_TRUE(s.homed());
+  s.home(kHolder);
+  s.home(kHolder);
+  lines = s.lines();
+  ASSERT_EQ(lines.size(), 3u);
+  EXPECT_TRUE(lines[0].starts_with("request: " + what.substr(0, 29))) << lines[0];
+  EXPECT_TRUE(lines[2].ends_with("): done, by client 0007")) << lines[2];
+  s.run(1.5, kHolder);
+  s.home(kHolder);
+  EXPECT_EQ(s.lines(), (Lines{"request: home the drives: nothing to do, all joints are homed, by client 0007"}));
+}
+
 TEST(ConfirmPosition, NeedsARequestOfTheCommanderThatIsRepeated) {
   hal::HardwareConfig hardware = hal::test::presetHardware();
   for (hal::AxisConfig& axis : hardware.axes)
@@ -179,7 +232,10 @@ TEST(MeasuredPosition, IsTheCommandersAndNamesAJoint) {
   EXPECT_EQ(s.measured(kHolder, 0, 0, 1e3 * position), ReplyCode::kOutsideLimits);
   EXPECT_TRUE(says("check its unit")) << s.answer.reason.data();
   EXPECT_FALSE(s.homed());
+  s.lines();
   EXPECT_EQ(s.measured(kHolder, 0, 0, position), ReplyCode::kOk) << s.answer.reason.data();
+  EXPECT_EQ(s.lines(), (std::vector<std::string>{"request: take a measured position of arm_a (beta_1): " +
+                                                 fmt::format("{:.3f}", 1e3 * position) + " mm, by client 0007"}));
   s.run(0.5, kHolder);
   EXPECT_TRUE(s.homed());
 }
