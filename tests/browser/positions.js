@@ -2,6 +2,8 @@
 // positions.js SETTING: positions after power on that nobody has confirmed: what the page shows, and what its button needs.
 "use strict";
 const assert = require("node:assert");
+const { spawnSync } = require("node:child_process");
+const path = require("node:path");
 const { Operator, Robot, Server } = require("./harness.js");
 
 const setting = JSON.parse(process.argv[2]);
@@ -14,6 +16,13 @@ async function main() {
   const browser = await Operator.launch(setting);
   try {
     const me = await Operator.open(browser, server.url);
+    // Homing requests of others are in the log: who, which joints, and the result.
+    const home = spawnSync(path.join(setting.bin, "tandem"), ["home", "-d", setting.deployment], { encoding: "utf8" });
+    assert.notStrictEqual(home.status, 0, home.stdout);
+    await me.said(
+      /tandem-cli[^]*refused: home the drives of arm \(beta_1, beta_2, alpha_1, alpha_2\): arm: .*--confirm/,
+    );
+    await me.text("#lease", /Control: free/);
     await me.press("#take");
     await me.text("#lease", /Control: this page/);
     // The first start: every joint, with what is measured and why there is nothing to compare it with.
