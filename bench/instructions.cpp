@@ -109,20 +109,20 @@ Case step(control::Method method, bool warm, int tasks = control::kMaxTasks) {
   };
 }
 
-/** Arms side by side, their tracker with nspqp, and random joints inside the limits. */
+/** Arms side by side, their tracker, and random joints inside the limits. */
 struct Cycle {
-  explicit Cycle(int arms) {
+  Cycle(int arms, control::Method method, const std::string& model) {
     for (int k = 0; k < arms; ++k) {
       kinematics::ConcentricTubeArm arm = arkArm();
       arm.base.translation().y() = 5e-3 * (arms - 1 - 2 * k);
-      owned.push_back(kinematics::makeArmModel("rigid", arm));
+      owned.push_back(kinematics::makeArmModel(model, arm));
       models.push_back(owned.back().get());
       joints.push_back(randomJoints(arm, true, kMost, kSeed + static_cast<std::uint32_t>(k)));
     }
     limits = limitsOf(arkArm());
     tracker = std::make_unique<planning::ReferenceTracker>(
-        models, std::vector<const safety::ArmLimits*>(models.size(), &limits), control::Method::kNspqp,
-        control::MethodParameters{}, planning::Gains{});
+        models, std::vector<const safety::ArmLimits*>(models.size(), &limits), method, control::MethodParameters{},
+        planning::Gains{});
   }
   safety::RobotVector at(int k) const {
     const Eigen::Index size = models[0]->jointCount();
@@ -157,10 +157,13 @@ struct Cycle {
   planning::TrackResult result;
 };
 
-/// The complete step of the tracker, rigid models included.
-Case cycle(int arms, const std::vector<planning::TaskKind>& kinds) {
+/// The complete step of the tracker, models included.
+Case cycle(int arms,
+           const std::vector<planning::TaskKind>& kinds,
+           control::Method method = control::Method::kNspqp,
+           const std::string& model = "rigid") {
   return [=]() -> std::function<void(int)> {
-    const auto loop = std::make_shared<Cycle>(arms);
+    const auto loop = std::make_shared<Cycle>(arms, method, model);
     return [=](int k) {
       const safety::RobotVector q = loop->at(k);
       if (!loop->tracker->computeTips(q, loop->result))
@@ -206,6 +209,12 @@ std::map<std::string, Case> cases() {
   all["cycle, two arms, positions"] = cycle(2, {kRelativePosition, kTipPosition});
   all["cycle, two arms, positions and axis"] = cycle(2, {kRelativePosition, kTipPosition, kTipAxis});
   all["cycle, two arms, relative pose and tip"] = cycle(2, {kRelativePosition, kRelativeOrientation, kTipPosition});
+  for (const char* const model : {"rigid", "compliant"}) {
+    const std::string end = std::string(", snsqp, ") + model;
+    all["cycle, one arm, tip" + end] = cycle(1, {kTipPosition}, control::Method::kSnsqp, model);
+    all["cycle, eight arms, positions" + end] =
+        cycle(8, {kRelativePosition, kTipPosition}, control::Method::kSnsqp, model);
+  }
   return all;
 }
 
