@@ -37,8 +37,10 @@ bool cholesky(const QpMatrix& H, double shift, QpMatrix& L) {
       SizedVector<Rows> column = sized<Rows>(&H(first, j), rows);
       column[diagonal] += shift;
       const double before = column[diagonal];
-      for (int k = 0; k < j; ++k)
-        column -= L(j, k) * sized<Rows>(&L(first, k), rows);
+      for (int k = 0; k < j; ++k) {
+        if (N != Eigen::Dynamic || L(j, k) != 0.0)  // zero between arms that no task couples
+          column -= L(j, k) * sized<Rows>(&L(first, k), rows);
+      }
       definite = column[diagonal] > kRounding * before;
       if (!definite)
         return;
@@ -64,6 +66,8 @@ void invert(const QpMatrix& L, QpMatrix& J) {
     SizedVector<N> rest = SizedVector<N>::Zero(n);
     rest[i] = 1.0;
     for (int k = i; k < n; ++k) {
+      if (N == Eigen::Dynamic && rest[k] == 0.0)
+        continue;
       const double solved = rest[k] * inverse[k];
       withPart<N>(k, [&]<int Rows>(int first) {
         sized<Rows>(&rest[first], n - first) -= solved * sized<Rows>(&L(first, k), n - first);
