@@ -27,7 +27,8 @@ RobotHardware::RobotHardware(const HardwareConfig& config,
                options.budgets.lost_samples),
       emergency_stop_(std::max(config.feedback_budget, 3.0 * config.period), options.emergency_reports) {
   if (buses.size() != config.buses.size())
-    throw std::invalid_argument("hardware: one open bus per configured one expected");
+    throw std::invalid_argument("hardware: found " + std::to_string(buses.size()) + " open buses, expected " +
+                                std::to_string(config.buses.size()) + ", as in the hardware file");
   for (std::unique_ptr<Fieldbus>& bus : buses)
     buses_.push_back({std::move(bus), {}});
   for (const AxisConfig& axis : config_.axes) {

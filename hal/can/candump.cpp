@@ -179,7 +179,8 @@ void LogWriter::write(const CanFrame& frame, std::int64_t realtime_offset) {
 
 LogReplayer::LogReplayer(std::vector<LogEntry> entries, double speed) : entries_(std::move(entries)), speed_(speed) {
   if (!(speed > 0.0) || !std::isfinite(speed))
-    throw std::invalid_argument("speed of a replay: expected a positive number");
+    throw std::invalid_argument("speed of a replay: found " + std::to_string(speed) +
+                                ", expected a finite number above zero");
 }
 
 std::int64_t LogReplayer::due(std::size_t entry) const noexcept {

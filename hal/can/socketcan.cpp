@@ -76,7 +76,8 @@ void SocketCanBus::configure(const BusOptions& options) {
   if (link_.mtu() != CAN_MTU && link_.mtu() != CANFD_MTU)
     throw std::system_error(ENODEV, std::generic_category(), name() + " is no CAN interface");
   if (options.fd && link_.mtu() != CANFD_MTU)
-    throw std::invalid_argument(name() + " has no CAN FD");
+    throw std::invalid_argument(name() + ": CAN FD: found an interface without it (MTU " + std::to_string(link_.mtu()) +
+                                "), expected one with it");
   if (!link_.up())
     throw std::system_error(ENETDOWN, std::generic_category(), name());
   const int on = 1;

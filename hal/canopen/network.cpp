@@ -21,11 +21,14 @@ constexpr std::size_t kMostFrames = 4096;
 Network::Network(can::Bus& bus, const NetworkOptions& options)
     : bus_(bus), options_(options), masters_(options.master_silence) {
   if (options.own_id < 1 || options.own_id > kMaxNodeId)
-    throw std::invalid_argument("own node id " + std::to_string(options.own_id) + ", expected 1 to 127");
+    throw std::invalid_argument(bus_.name() + ": own node id: found " + std::to_string(options.own_id) +
+                                ", expected 1 to 127");
   if (options.sync_overflow == 1 || options.sync_overflow > 240)
-    throw std::invalid_argument("SYNC counter overflow, expected 0 or 2 to 240");
+    throw std::invalid_argument(bus_.name() + ": overflow of the SYNC counter (1019): found " +
+                                std::to_string(options.sync_overflow) + ", expected 0 or 2 to 240");
   if (options.request_interval < 1)
-    throw std::invalid_argument("request interval, expected at least 1 SYNC");
+    throw std::invalid_argument(bus_.name() + ": periods between SDO requests: found " +
+                                std::to_string(options.request_interval) + ", expected at least 1");
   claim(cob::kNmt, {Use::kMaster, 0, 0, MasterFrame::kNmt});
   claim(cob::kSync, {Use::kMaster, 0, 0, MasterFrame::kSync});
   claim(cob::kHeartbeat + options.own_id, {Use::kMaster, 0, 0, MasterFrame::kHeartbeat});
@@ -36,7 +39,8 @@ Network::Network(can::Bus& bus, const NetworkOptions& options)
 void Network::claim(std::uint32_t id, Route route) {
   Route& slot = routes_[id];
   if (slot.use != Use::kForeign)
-    throw std::invalid_argument(bus_.name() + ": identifier " + std::to_string(id) + " is used twice");
+    throw std::invalid_argument(bus_.name() + ": COB-ID " + std::to_string(id) +
+                                " is used twice, expected once; see the node ids and the COB-IDs of PDOs");
   slot = route;
 }
 

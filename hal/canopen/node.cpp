@@ -35,7 +35,8 @@ PdoSlot findSlot(const Pdos& pdos, ObjectAddress object) noexcept {
 void requireSteps(const std::vector<SetupStep>& steps) {
   for (const SetupStep& step : steps) {
     if (step.size < (step.writes() ? 1 : 0) || step.size > 8)
-      throw std::invalid_argument(step.what + " " + describe(step.object) + ": expected 1 to 8 bytes");
+      throw std::invalid_argument(step.what + " " + describe(step.object) + ": found " + std::to_string(step.size) +
+                                  " bytes, expected 1 to 8");
   }
 }
 
@@ -50,7 +51,7 @@ std::string_view name(NodePhase phase) {
 Node::Node(const NodeSetup& setup)
     : setup_(setup), sdo_(setup.id, setup.sdo_timeout, setup.sdo_retries), guard_(setup.guard_period) {
   if (setup.id < 1 || setup.id > kMaxNodeId)
-    throw std::invalid_argument(setup.name + ": node " + std::to_string(setup.id) + ", expected 1 to 127");
+    throw std::invalid_argument(setup.name + ": node id: found " + std::to_string(setup.id) + ", expected 1 to 127");
   append(steps_, setup.steps);
   for (const PdoConfig& pdo : setup.rpdos) {
     append(steps_, pdoSteps(pdo, PdoDirection::kReceive, setup.id));

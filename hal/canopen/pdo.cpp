@@ -24,7 +24,7 @@ std::string nameOf(int number, PdoDirection direction) {
 
 void requireNumber(int number, PdoDirection direction) {
   if (number < 1 || number > kMaxNumber)
-    throw std::invalid_argument(nameOf(number, direction) + ": expected a number from 1 to 512");
+    throw std::invalid_argument(nameOf(number, direction) + ": found this number, expected 1 to 512");
 }
 
 /// A step that writes 0 is optional: the node may lack the object.
@@ -47,11 +47,13 @@ int PdoLayout::add(const PdoEntry& entry) noexcept {
 std::uint32_t cobIdOf(const PdoConfig& pdo, PdoDirection direction, int node) {
   requireNumber(pdo.number, direction);
   if (pdo.id > 0x7FF)
-    throw std::invalid_argument(nameOf(pdo.number, direction) + ": expected an 11-bit COB-ID");
+    throw std::invalid_argument(nameOf(pdo.number, direction) + ": COB-ID: found " + std::to_string(pdo.id) +
+                                ", expected at most 2047 (11 bits)");
   if (pdo.id != 0)
     return pdo.id;
   if (pdo.number > 4)
-    throw std::invalid_argument(nameOf(pdo.number, direction) + " has no predefined COB-ID: expected one");
+    throw std::invalid_argument(nameOf(pdo.number, direction) +
+                                ": found no COB-ID, expected one: CiA 301 defines those of PDO 1 to 4 only");
   return direction == PdoDirection::kReceive ? cob::rpdo(pdo.number, node) : cob::tpdo(pdo.number, node);
 }
 
@@ -68,7 +70,7 @@ std::vector<SetupStep> pdoSteps(const PdoConfig& pdo, PdoDirection direction, in
   const std::uint32_t id = cobIdOf(pdo, direction, node);
   const std::string name = nameOf(pdo.number, direction);
   if (pdo.layout.size() == 0)
-    throw std::invalid_argument(name + ": expected at least one object");
+    throw std::invalid_argument(name + ": found no mapped object, expected at least one");
   const std::uint16_t communication = communicationIndex(pdo.number, direction);
   const std::uint16_t mapping = mappingIndex(pdo.number, direction);
   const bool transmit = direction == PdoDirection::kTransmit;

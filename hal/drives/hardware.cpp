@@ -100,7 +100,10 @@ safety::ArmLimits cutLimits(const safety::ArmLimits& robot, const std::vector<Ax
     const safety::JointLimit& joint = limits.joints[j];
     const std::string who = "joint " + std::to_string(j + 1);
     if (!std::isfinite(joint.lower) || !std::isfinite(joint.upper) || !std::isfinite(joint.velocity))
-      throw std::invalid_argument(who + " has no finite limits");
+      throw std::invalid_argument(
+          who +
+          ": found limits of position or speed that are not finite, in the robot and in the hardware file; "
+          "expected finite ones in one of them");
     if (!(joint.lower < joint.upper))
       throw std::invalid_argument(who + ": the lower limit " + std::to_string(joint.lower) +
                                   " is not below the upper limit " + std::to_string(joint.upper) +

@@ -59,14 +59,16 @@ std::optional<std::pair<RateUnit, double>> unitOfAccelerationCode(std::uint32_t 
 AxisUnits::AxisUnits(const Gearing& gearing, const DriveUnits& drive) {
   const auto positive = [](double value, const char* what) {
     if (!(std::isfinite(value) && value > 0.0))
-      throw std::invalid_argument(std::string("units of an axis: ") + what + " has to be finite and above zero");
+      throw std::invalid_argument(std::string("units of an axis: ") + what + ": found " + std::to_string(value) +
+                                  ", expected a finite number above zero");
     return value;
   };
   const double counts =
       positive(gearing.counts_per_revolution, "counts_per_revolution") * positive(gearing.gear_ratio, "gear_ratio");
   const double magnitude = positive(gearing.travel_per_revolution, "travel_per_revolution") / counts;
   if (!std::isfinite(gearing.offset))
-    throw std::invalid_argument("units of an axis: offset has to be finite");
+    throw std::invalid_argument("units of an axis: offset: found " + std::to_string(gearing.offset) +
+                                ", expected a finite number");
   scale_ = positive(magnitude, "the travel per count") * (gearing.reversed ? -1.0 : 1.0);
   offset_ = gearing.offset;
   velocity_ =
