@@ -5,27 +5,32 @@
 #include <cstring>
 
 namespace tandem::recording {
-SampleRing::SampleRing(std::size_t capacity) : memory_(std::max(capacity, sizeof(SampleTag) + 1)) {}
+
+SampleRing::SampleRing(std::size_t capacity, bool touched)
+    : capacity_(std::max(capacity, sizeof(SampleTag) + 1)), memory_(std::make_unique_for_overwrite<char[]>(capacity_)) {
+  if (touched)
+    std::memset(memory_.get(), 0, capacity_);
+}
 
 void SampleRing::copyIn(std::uint64_t byte, const void* from, std::size_t size) noexcept {
-  const std::size_t at = byte % memory_.size(), first = std::min(size, memory_.size() - at);
-  std::memcpy(memory_.data() + at, from, first);
-  std::memcpy(memory_.data(), static_cast<const char*>(from) + first, size - first);
+  const std::size_t at = byte % capacity_, first = std::min(size, capacity_ - at);
+  std::memcpy(memory_.get() + at, from, first);
+  std::memcpy(memory_.get(), static_cast<const char*>(from) + first, size - first);
 }
 
 void SampleRing::copyOut(std::uint64_t byte, void* to, std::size_t size) const noexcept {
-  const std::size_t at = byte % memory_.size(), first = std::min(size, memory_.size() - at);
-  std::memcpy(to, memory_.data() + at, first);
-  std::memcpy(static_cast<char*>(to) + first, memory_.data(), size - first);
+  const std::size_t at = byte % capacity_, first = std::min(size, capacity_ - at);
+  std::memcpy(to, memory_.get() + at, first);
+  std::memcpy(static_cast<char*>(to) + first, memory_.get(), size - first);
 }
 
 bool SampleRing::push(SampleTag tag, std::string_view bytes) noexcept {
   const std::size_t needed = sizeof tag + bytes.size();
-  if (needed > memory_.size())
+  if (needed > capacity_)
     return false;
   tag.size = static_cast<std::uint32_t>(bytes.size());
   const std::lock_guard lock(mutex_);
-  while (end_.byte + needed - begin_.byte > memory_.size()) {
+  while (end_.byte + needed - begin_.byte > capacity_) {
     SampleTag oldest;
     copyOut(begin_.byte, &oldest, sizeof oldest);
     begin_.byte += sizeof oldest + oldest.size;
@@ -63,6 +68,14 @@ bool SampleRing::next(Place& place, SampleTag& tag, std::string& bytes, std::uin
   place.byte += sizeof tag + tag.size;
   ++place.sample;
   return true;
+}
+
+void SampleRing::rewind(const Place& read) noexcept {
+  const std::lock_guard lock(mutex_);
+  if (read.byte < end_.byte)
+    return;
+  end_.byte += (capacity_ - end_.byte % capacity_) % capacity_;
+  begin_ = end_;
 }
 
 }  // namespace tandem::recording

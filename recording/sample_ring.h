@@ -4,10 +4,10 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace tandem::recording {
 
@@ -31,8 +31,9 @@ class SampleRing {
     std::uint64_t sample = 0;
   };
 
-  /// @param capacity bytes, for samples with 48 bytes of metadata each; allocated and written at once.
-  explicit SampleRing(std::size_t capacity);
+  /// @param capacity bytes, for samples with 48 bytes of metadata each
+  /// @param touched  the memory is written at once; false: the system provides it where samples come to lie
+  explicit SampleRing(std::size_t capacity, bool touched = true);
 
   /// Stores a sample. Allocates nothing. @return false if it is larger than the ring.
   bool push(SampleTag tag, std::string_view bytes) noexcept;
@@ -48,12 +49,17 @@ class SampleRing {
   /// @param missed increased by the number of samples overwritten in between. @return false at the end.
   bool next(Place& place, SampleTag& tag, std::string& bytes, std::uint64_t& missed) const;
 
+  /// For the only reader of a ring: if no sample follows `read`, the next one goes to the beginning of the memory, so
+  /// that a reader that keeps up needs a small part of it.
+  void rewind(const Place& read) noexcept;
+
  private:
   void copyIn(std::uint64_t byte, const void* from, std::size_t size) noexcept;
   void copyOut(std::uint64_t byte, void* to, std::size_t size) const noexcept;
 
   mutable std::mutex mutex_;
-  std::vector<char> memory_;
+  std::size_t capacity_;
+  std::unique_ptr<char[]> memory_;
   Place begin_, end_;
 };
 

@@ -10,7 +10,7 @@ Recorder::Recorder(const RunInfo& info,
                    const std::string& prefix,
                    const std::vector<dds::TopicInfo>& topics,
                    const RecorderOptions& options)
-    : info_(info), prefix_(prefix), topics_(topics), options_(options), ring_(options.memory) {
+    : info_(info), prefix_(prefix), topics_(topics), options_(options), ring_(options.memory, false) {
   open();
 }
 
@@ -43,6 +43,7 @@ void Recorder::drain() {
       gaps_.see({tag.topic, tag.writer}, static_cast<std::uint32_t>(tag.sequence));
       out_->write(tag, bytes);
     }
+    ring_.rewind(place_);
     const std::uint64_t now = wallClock();
     if (static_cast<double>(now - flushed_) > 1e9 * options_.flush_period) {
       out_->mcap().flush();

@@ -21,7 +21,7 @@ struct RecorderOptions {
   std::filesystem::path file;       ///< NAME.mcap; further files are NAME_2.mcap, NAME_3.mcap ...
   std::uint64_t largest_file = 0;   ///< bytes; 0: no limit
   double longest_file = 0.0;        ///< s; 0: no limit
-  std::size_t memory = 64'000'000;  ///< bytes between DDS and the disk
+  std::size_t memory = 64'000'000;  ///< bytes between DDS and the disk, at most: as many as wait for it at a time
   double flush_period = 1.0;        ///< s; largest loss if the process is killed
 };
 

@@ -2,8 +2,10 @@
 #include "recording/sample_ring.h"
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <deque>
+#include <fstream>
 #include <iostream>
 #include <random>
 #include <thread>
@@ -49,6 +51,47 @@ TEST(SampleRing, HoldsTheNewestSamplesAndCountsTheOthers) {
     EXPECT_EQ(ring.extent().begin.sample, 400 - expected.size());
     EXPECT_FALSE(ring.push({}, std::string(capacity, 'x'))) << "larger than the ring";
   }
+}
+
+/// Pages of the process in memory.
+long pages() {
+  long all = 0, resident = 0;
+  std::ifstream("/proc/self/statm") >> all >> resident;
+  return resident;
+}
+
+TEST(SampleRing, AReaderThatKeepsUpNeedsASmallPartOfIt) {
+  const auto seed = std::random_device{}();
+  std::cout << "TANDEM_SEED=" << seed << std::endl;
+  std::mt19937_64 random(seed);
+  constexpr std::size_t kCapacity = 64'000'000;
+  SampleRing ring(kCapacity, false);
+  const std::string data(20'000, 'x');
+  SampleRing::Place place;
+  SampleTag tag;
+  std::string copy;
+  std::uint64_t sent = 0, seen = 0, missed = 0;
+  const auto keepUp = [&](int rounds, std::uint64_t most) {
+    for (int round = 0; round < rounds; ++round) {
+      for (std::uint64_t k = random() % most; k > 0; --k) {
+        tag.sequence = ++sent;
+        ASSERT_TRUE(ring.push(tag, data));
+      }
+      while (ring.next(place, tag, copy, missed))
+        ASSERT_EQ(tag.sequence, ++seen + missed);
+      ring.rewind(place);
+    }
+  };
+  const long before = pages();
+  keepUp(2000, 20);  // several times the capacity
+  EXPECT_GT(sent * data.size(), 5 * kCapacity / 2);
+  EXPECT_LT((pages() - before) * sysconf(_SC_PAGESIZE), 4'000'000);
+  keepUp(5, 10'000);  // more than the ring holds: the oldest are overwritten
+  EXPECT_GT(missed, 0u);
+  EXPECT_EQ(seen + missed, sent);
+  ring.push(tag, data);
+  ring.rewind(place);
+  EXPECT_TRUE(ring.next(place, tag, copy, missed)) << "what is not read yet stays";
 }
 
 TEST(SampleRing, ReadersAndWritersMayMeet) {
