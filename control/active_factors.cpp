@@ -32,14 +32,14 @@ bool cholesky(const QpMatrix& H, double shift, QpMatrix& L) {
   const int n = static_cast<int>(H.rows());
   bool definite = true;
   for (int j = 0; j < n && definite; ++j) {
-    withPart<N>(j, [&]<int Rows>(int first) {
+    withPart<N>(j, [&]<int kRows>(int first) {
       const int rows = n - first, diagonal = j - first;
-      SizedVector<Rows> column = sized<Rows>(&H(first, j), rows);
+      SizedVector<kRows> column = sized<kRows>(&H(first, j), rows);
       column[diagonal] += shift;
       const double before = column[diagonal];
       for (int k = 0; k < j; ++k) {
         if (N != Eigen::Dynamic || L(j, k) != 0.0)  // zero between arms that no task couples
-          column -= L(j, k) * sized<Rows>(&L(first, k), rows);
+          column -= L(j, k) * sized<kRows>(&L(first, k), rows);
       }
       definite = column[diagonal] > kRounding * before;
       if (!definite)
@@ -49,7 +49,7 @@ bool cholesky(const QpMatrix& H, double shift, QpMatrix& L) {
         L(i, j) = 0.0;
       for (int i = 0; i < diagonal; ++i)
         column[i] = 0.0;
-      sized<Rows>(&L(first, j), rows) = column;
+      sized<kRows>(&L(first, j), rows) = column;
     });
   }
   return definite;
@@ -69,8 +69,8 @@ void invert(const QpMatrix& L, QpMatrix& J) {
       if (N == Eigen::Dynamic && rest[k] == 0.0)
         continue;
       const double solved = rest[k] * inverse[k];
-      withPart<N>(k, [&]<int Rows>(int first) {
-        sized<Rows>(&rest[first], n - first) -= solved * sized<Rows>(&L(first, k), n - first);
+      withPart<N>(k, [&]<int kRows>(int first) {
+        sized<kRows>(&rest[first], n - first) -= solved * sized<kRows>(&L(first, k), n - first);
       });
       J(i, k) = solved;
     }

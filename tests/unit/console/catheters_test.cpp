@@ -178,7 +178,8 @@ TEST(Page, TrajectoriesThatTheRobotCannotRunHaveTheReason) {
   int refused = 0;
   for (const auto& trajectory : describeTrajectories(one)) {
     const auto reason = trajectory["refused"].get<std::string>();
-    EXPECT_EQ(reason.empty(), trajectory["name"] == "circle-one-arm") << trajectory["name"];
+    const bool of_one_arm = trajectory["name"] == "circle-one-arm" || trajectory["name"] == "remote-centre";
+    EXPECT_EQ(reason.empty(), of_one_arm) << trajectory["name"];
     refused += reason.find("found arm b") != std::string::npos ? 1 : 0;
   }
   EXPECT_GE(refused, 4);
@@ -186,8 +187,9 @@ TEST(Page, TrajectoriesThatTheRobotCannotRunHaveTheReason) {
     EXPECT_EQ(trajectory["refused"], "") << trajectory["name"];
     const auto& spec = trajectory["spec"];
     EXPECT_EQ(spec["shape"].size(), 1u) << trajectory["name"];
-    EXPECT_EQ(spec["values"]["points"], 100);
+    EXPECT_GE(spec["values"]["points"], 40) << trajectory["name"];
     if (trajectory["name"] == "circle") {
+      EXPECT_EQ(spec["values"]["points"], 100);
       EXPECT_EQ(spec["shape"]["circle"]["center_offset"], (std::vector<double>{0, 0.01, 0}));
       EXPECT_EQ(spec["values"]["speed"], 0.002);
       EXPECT_EQ(spec["other_arm"], 1);
