@@ -9,69 +9,42 @@
 namespace tandem::control {
 namespace {
 
-/// First row of the part of column j of a lower triangle that loops of one length take; entries between it and the
-/// diagonal are unused or zero.
-template <int N>
-constexpr int partFrom(int j) {
-  return N == Eigen::Dynamic || j < N / 2 ? 0 : N / 2;
-}
-
-/// Calls f<rows>(first) for this part of column j.
-template <int N>
-void withPart(int j, const auto& f) {
-  if (partFrom<N>(j) == 0)
-    f.template operator()<N>(0);
-  else
-    f.template operator()<(N == Eigen::Dynamic ? N : N - N / 2)>(N / 2);
-}
-
 /// Lower triangle L of H + shift I, into `L`, zeros above. A pivot within rounding counts as zero.
 template <int N>
 bool cholesky(const QpMatrix& H, double shift, QpMatrix& L) {
   constexpr double kRounding = 1e-13;
   const int n = static_cast<int>(H.rows());
-  bool definite = true;
-  for (int j = 0; j < n && definite; ++j) {
-    withPart<N>(j, [&]<int kRows>(int first) {
-      const int rows = n - first, diagonal = j - first;
-      SizedVector<kRows> column = sized<kRows>(&H(first, j), rows);
-      column[diagonal] += shift;
-      const double before = column[diagonal];
-      for (int k = 0; k < j; ++k) {
-        if (N != Eigen::Dynamic || L(j, k) != 0.0)  // zero between arms that no task couples
-          column -= L(j, k) * sized<kRows>(&L(first, k), rows);
-      }
-      definite = column[diagonal] > kRounding * before;
-      if (!definite)
-        return;
-      column *= 1.0 / std::sqrt(column[diagonal]);
-      for (int i = 0; i < j; ++i)
-        L(i, j) = 0.0;
-      for (int i = 0; i < diagonal; ++i)
-        column[i] = 0.0;
-      sized<kRows>(&L(first, j), rows) = column;
-    });
+  for (int j = 0; j < n; ++j) {
+    // Whole columns: entries above the diagonal are unused, and loops of one length need no remainder.
+    SizedVector<N> column = sized<N>(&H(0, j), n);
+    column[j] += shift;
+    const double before = column[j];
+    for (int k = 0; k < j; ++k) {
+      if (N != Eigen::Dynamic || L(j, k) != 0.0)  // zero between arms that no task couples
+        column -= L(j, k) * sized<N>(&L(0, k), n);
+    }
+    if (!(column[j] > kRounding * before))
+      return false;
+    column *= 1.0 / std::sqrt(column[j]);
+    for (int i = 0; i < j; ++i)
+      column[i] = 0.0;
+    sized<N>(&L(0, j), n) = column;
   }
-  return definite;
+  return true;
 }
 
 /// The transposed inverse of L, into `J`.
 template <int N>
 void invert(const QpMatrix& L, QpMatrix& J) {
   const int n = static_cast<int>(L.rows());
-  SizedVector<N> inverse(n);
-  for (int k = 0; k < n; ++k)
-    inverse[k] = 1.0 / L(k, k);
   for (int i = 0; i < n; ++i) {
     SizedVector<N> rest = SizedVector<N>::Zero(n);
     rest[i] = 1.0;
     for (int k = i; k < n; ++k) {
       if (N == Eigen::Dynamic && rest[k] == 0.0)
         continue;
-      const double solved = rest[k] * inverse[k];
-      withPart<N>(k, [&]<int kRows>(int first) {
-        sized<kRows>(&rest[first], n - first) -= solved * sized<kRows>(&L(first, k), n - first);
-      });
+      const double solved = rest[k] / L(k, k);
+      rest -= solved * sized<N>(&L(0, k), n);
       J(i, k) = solved;
     }
   }
@@ -90,7 +63,7 @@ bool isDiagonal(const QpMatrix& H) {
 
 }  // namespace
 
-bool ActiveFactors::factorise(const QpMatrix& H, double shift) {
+bool ActiveFactors::factorise(const QpMatrix& H, double shift, bool few) {
   n_ = static_cast<int>(H.rows());
   active_ = reflections_ = 0;
   R_.resize(n_, n_);
@@ -98,7 +71,7 @@ bool ActiveFactors::factorise(const QpMatrix& H, double shift) {
   for (QpVector* vector : {&h_, &direction_, &primal_, &dual_})
     vector->resize(n_);
   diagonal_ = isDiagonal(H);
-  product_ = true;
+  product_ = diagonal_ || few;
   if (diagonal_) {
     scale_ = H.diagonal().array() + shift;
     if (!(scale_.array() > 0.0).all())
@@ -164,16 +137,12 @@ void ActiveFactors::combine(QpVector& direction, QpVector& combined) const {
 }
 
 void ActiveFactors::loadDirection() {
-  withSize(n_, [&]<int N>() {
-    SizedVector<N> squares = sized<N>(direction_.data(), n_).cwiseAbs2();
-    double inside = 0.0;
-    for (int j = 0; j < active_; ++j) {
-      inside += squares[j];
-      squares[j] = 0.0;
-    }
-    outside_ = squares.sum();
-    whole_ = inside + outside_;
-  });
+  outside_ = whole_ = 0.0;
+  for (int j = 0; j < active_; ++j)
+    whole_ += direction_[j] * direction_[j];
+  for (int j = active_; j < n_; ++j)
+    outside_ += direction_[j] * direction_[j];
+  whole_ += outside_;
 }
 
 void ActiveFactors::take(const QpVector& normal) {
@@ -268,9 +237,8 @@ void ActiveFactors::keep(int largest, double h) {
   largest_[k] = largest;
   h_[k] = h;
   double* const w = &w_(0, k);
-  withSize(n_, [&]<int N>() { sized<N>(w, n_) = sized<N>(direction_.data(), n_); });
-  for (int j = 0; j < active_; ++j)
-    w[j] = 0.0;
+  for (int j = 0; j < n_; ++j)
+    w[j] = j < active_ ? 0.0 : direction_[j];
 }
 
 /// In J itself: J_2 w follows from J_2 d_2.
@@ -283,11 +251,6 @@ void ActiveFactors::reflect(int largest, double turned, double h) {
     for (int j = active_; j < n_; ++j)
       sized<N>(&J_(0, j), n_) -= direction_[j] * turn;
   });
-}
-
-void ActiveFactors::makeExplicit() {
-  if (!diagonal_)
-    multiplyOut();
 }
 
 /// Puts the reflections into J_.

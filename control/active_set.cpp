@@ -20,9 +20,7 @@ constexpr double kUnreachable = 1e-10;
 constexpr double kExact = 5e-9;
 
 /// Whether all values are finite: zero times an infinite value or NaN is not zero.
-bool finite(const auto& numbers) {
-  return (Eigen::Map<const Eigen::ArrayXd>(numbers.data(), numbers.size()) * 0.0).sum() == 0.0;
-}
+bool finite(const auto& numbers) { return (numbers.array() * 0.0).sum() == 0.0; }
 
 bool finite(const QuadraticProgram& qp) {
   return finite(qp.H) && finite(qp.g) && finite(qp.E) && finite(qp.e) && finite(qp.A) && !qp.b.hasNaN() &&
@@ -140,34 +138,25 @@ void ActiveSet::certify(int id, double sign, const QpVector& dual_step) {
   multiplier_[certified_ - 1] = sign;
 }
 
-/// Activates the equalities that do not depend on others before them, for meetActive().
-bool ActiveSet::activateEqualities() {
-  is_redundant_.fill(false);
+QpStatus ActiveSet::addEqualities() {
   for (int id = 0; id < equalities_; ++id) {
     takeNormal(id);
-    is_redundant_[id] = factors_.outside() <= kDependent * kDependent * factors_.whole();
-    if (is_redundant_[id])
-      continue;
-    missing_[factors_.active()] = slack(id);
-    if (!activate(id, 0.0))
-      return false;
-    ++active_equalities_;
-  }
-  return true;
-}
-
-/// Checks the equalities that depend on others, where those are met.
-QpStatus ActiveSet::checkRedundant() {
-  for (int id = 0; active_equalities_ < equalities_ && id < equalities_; ++id) {
-    if (!is_redundant_[id])
-      continue;
     const double residual = slack(id);
-    const double scale = std::abs(qp_->e[id]) + qp_->E.row(id).cwiseAbs().dot(x_.cwiseAbs());
-    if (std::abs(residual) > 1e-9 * std::max(scale, 1e-12)) {
-      takeNormal(id);
-      certify(id, residual > 0.0 ? -1.0 : 1.0, factors_.dualStep());
-      return QpStatus::kInfeasible;
+    const QpVector& dual_step = factors_.dualStep();
+    if (factors_.outside() <= kDependent * kDependent * factors_.whole()) {  // redundant or contradictory
+      const double scale = std::abs(qp_->e[id]) + qp_->E.row(id).cwiseAbs().dot(x_.cwiseAbs());
+      if (std::abs(residual) > 1e-9 * std::max(scale, 1e-12)) {
+        certify(id, residual > 0.0 ? -1.0 : 1.0, dual_step);
+        return QpStatus::kInfeasible;
+      }
+      continue;
     }
+    const double length = -residual / factors_.outside();
+    x_ += length * factors_.primalStep();
+    moveMultipliers(dual_step, length);
+    if (!activate(id, length))
+      return QpStatus::kFailed;
+    ++active_equalities_;
   }
   return QpStatus::kSolved;
 }

@@ -9,39 +9,40 @@ void ActiveSet::remember() {
     remembered_id_[remembered_active_++] = active_[k];
 }
 
-/// Warm start: activates the inequalities of the last solution, for meetActive().
+/** Warm start: activates the inequalities of the last solution together and solves once. Those whose multipliers are
+ * then negative are dropped; what is left is the optimum of a smaller problem, as every iterate is. The slacks are
+ * those at the point before, from which the multipliers follow. */
 void ActiveSet::recall() {
   constexpr double kIndependent = 1e-7;  // as kDependent, with a reserve: what is left out is added later if necessary
+  if (remembered_active_ == 0)
+    return;
+  recalled_slack_.setZero(n_);
   for (int k = 0; k < remembered_active_ && factors_.active() < n_; ++k) {
     const int id = remembered_id_[k];
     takeNormal(id);
     if (factors_.outside() <= kIndependent * kIndependent * factors_.whole())
       continue;
-    missing_[factors_.active()] = slack(id);
+    recalled_slack_[factors_.active()] = slack(id);
     if (activate(id, 0.0))
       ++iterations_;
   }
-}
-
-/** Moves x from the unconstrained minimum to where all active constraints are met. Inequalities whose multipliers are
- * then negative are dropped; what is left is the optimum of a smaller problem, as every iterate is. */
-void ActiveSet::meetActive() {
-  for (int before = factors_.active(); before > 0;) {
-    met_x_ = x_;
-    const QpVector& multiplier = factors_.meet(missing_, met_x_);
-    multiplier_.head(before) = multiplier.head(before);
+  while (factors_.active() > active_equalities_) {
+    recalled_x_ = x_;
+    const QpVector& added = factors_.meet(recalled_slack_, recalled_x_);
+    const int before = factors_.active();
+    recalled_multiplier_ = multiplier_ + added;
     for (int i = before - 1; i >= active_equalities_; --i) {
-      if (multiplier_[i] >= 0.0)
+      if (recalled_multiplier_[i] >= 0.0)
         continue;
       for (int j = i; j + 1 < factors_.active(); ++j)
-        missing_[j] = missing_[j + 1];
+        recalled_slack_[j] = recalled_slack_[j + 1];
       drop(i);
     }
-    if (factors_.active() == before) {
-      x_ = met_x_;
-      return;
-    }
-    before = factors_.active();
+    if (factors_.active() < before)
+      continue;
+    x_ = recalled_x_;
+    multiplier_ = recalled_multiplier_;
+    return;
   }
 }
 
@@ -61,20 +62,15 @@ QpStatus ActiveSet::solveFrom(double shift) {
   is_active_.fill(false);
   is_met_.fill(false);
   active_equalities_ = 0;
-  if (!factors_.factorise(qp_->H, shift))
+  if (!factors_.factorise(qp_->H, shift, remembered_active_ > 0))
     return QpStatus::kNotConvex;
   normal_.resize(n_);
   factors_.unconstrainedMinimum(gradient_, x_);
   size_ = 0.0;
-  missing_.resize(n_);
-  if (!activateEqualities())
-    return QpStatus::kFailed;
-  recall();
-  meetActive();
-  if (remembered_active_ == 0)
-    factors_.makeExplicit();
-  if (const QpStatus status = checkRedundant(); status != QpStatus::kSolved)
+  const QpStatus status = addEqualities();
+  if (status != QpStatus::kSolved)
     return status;
+  recall();
   return addInequalities();
 }
 

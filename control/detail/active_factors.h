@@ -9,12 +9,13 @@ namespace tandem::control {
 /** J = L^-T Q and R with H = L L^T and L^-1 N = Q [R; 0], where the columns of N are the normals of the active
  * constraints (Goldfarb & Idnani 1983, section 3). Columns of J beyond the active ones span the free space.
  *
- * Until a normal is removed, J stays a product of the base J_0 = L^-T, a vector if H is diagonal, and of one reflection
- * for each normal. That is faster unless many normals are added and removed one by one (makeExplicit()). */
+ * Until a normal is removed, J can stay a product of the base J_0 = L^-T, a vector if H is diagonal, and of one
+ * reflection for each normal: that is faster where few are removed, with a diagonal H and after a warm start. */
 class ActiveFactors {
  public:
   /// Cholesky factorisation of H + shift I, without active constraints. @return false if it is not positive definite.
-  bool factorise(const QpMatrix& H, double shift);
+  /// @param few few normals will be removed
+  bool factorise(const QpMatrix& H, double shift, bool few);
   int active() const { return active_; }
 
   /// x = -H^-1 g.
@@ -32,12 +33,10 @@ class ActiveFactors {
   /// Decrease of the active multipliers per unit of the new one: R^-1 J_1^T n.
   const QpVector& dualStep();
 
-  /// Adds the normal to the active ones; after makeExplicit() or remove() it needs primalStep(). @return false if it
+  /// Adds the normal to the active ones, after primalStep() unless `few` and none was removed. @return false if it
   /// depends on them.
   bool append();
   void remove(int position);
-  /// Puts the reflections so far, and those to come, into J, unless H is diagonal.
-  void makeExplicit();
 
   /// Moves x so that the residuals of the active constraints (n^T x - c, in their order) become zero, on the shortest
   /// way in the norm of H. @return increase of their multipliers

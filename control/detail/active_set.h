@@ -23,9 +23,8 @@ namespace tandem::control {
  * A problem is solved first as it is. If it is not solved to kExact, or found infeasible, it is solved again in units
  * in which its values have magnitude one (ScaledProgram), and the better solution counts.
  *
- * The equalities, and with a warm start the inequalities that were active in the last solution, are activated together
- * and met at once (meetActive()). That changes the order of the steps, never the solution (beyond rounding), and saves
- * most of them. */
+ * Warm start: the inequalities that were active in the last solution are activated together (recall()). That changes
+ * the order of the steps, never the solution (beyond rounding), and saves most of them. */
 class ActiveSet final : public QpBackend {
  public:
   void solve(const QuadraticProgram& qp, QpSolution& solution) noexcept override;
@@ -50,11 +49,9 @@ class ActiveSet final : public QpBackend {
   QpStatus solveSemidefinite();
   void polish(double shift);
   bool isUnbounded(const QpVector& displacement, double negligible) const;
-  bool activateEqualities();
-  QpStatus checkRedundant();
+  QpStatus addEqualities();
   void remember();
   void recall();
-  void meetActive();
   QpStatus addInequalities();
   int mostViolated();
   void propose(int id, double slack);
@@ -82,12 +79,11 @@ class ActiveSet final : public QpBackend {
   RowVector row_slack_;                      ///< b - A x
   std::array<int, kMaxVariables> active_{};  ///< constraint ids, equalities first
   std::array<bool, kMaxConstraints> is_active_{};
-  std::array<bool, kMaxConstraints> is_met_{};       ///< violated by rounding alone; no step can reduce it
-  std::array<int, kMaxVariables> remembered_id_{};   ///< inequalities active in the last solution, in order
-  int remembered_active_ = 0;                        ///< their number
-  int remembered_ = 0;                               ///< constraints_ of the problem solved last; 0 = none
-  std::array<bool, kMaxEqualities> is_redundant_{};  ///< an equality that depends on active ones
-  QpVector missing_, met_x_;                         ///< slacks of the active constraints, and x where they are met
+  std::array<bool, kMaxConstraints> is_met_{};      ///< violated by rounding alone; no step can reduce it
+  std::array<int, kMaxVariables> remembered_id_{};  ///< inequalities active in the last solution, in order
+  int remembered_active_ = 0;                       ///< their number
+  int remembered_ = 0;                              ///< constraints_ of the problem solved last; 0 = none
+  QpVector recalled_slack_, recalled_x_, recalled_multiplier_;
   ScaledProgram scaled_;
   QpSolution again_;
   State before_;       ///< state before a constraint that may get is_met_
