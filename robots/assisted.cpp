@@ -65,6 +65,11 @@ std::vector<Eigen::Isometry3d> AssistedMechanism::tips() const {
   return {chain_.tip.pose, assist};
 }
 
+std::vector<std::optional<Twist>> AssistedMechanism::tipWrenches() const {
+  // The target is pushed at its base of bending, not at its tip.
+  return {std::nullopt, Twist(-chain_.wrench)};
+}
+
 std::vector<std::vector<Eigen::Vector3d>> AssistedMechanism::shapes() const {
   const auto shape = assist::shapeOf(relation_.pair, joints_, branch_, chain_, 40);
   if (!shape)

@@ -40,6 +40,7 @@ class GraspedObjectMechanism final : public Mechanism {
   std::string error() const override { return errorOf(equilibrium()); }
   std::vector<std::pair<std::string, double>> columns() const override;
   std::vector<Eigen::Isometry3d> tips() const override;
+  std::vector<std::optional<Twist>> tipWrenches() const override;
   std::vector<std::vector<Eigen::Vector3d>> shapes() const override;
 
   /// Reason why an equilibrium cannot be used, for example because a contact slips; empty: it can.
@@ -78,6 +79,7 @@ class AssistedMechanism final : public Mechanism {
   double residual() const override { return chain_.gap; }
   std::vector<std::pair<std::string, double>> columns() const override;
   std::vector<Eigen::Isometry3d> tips() const override;
+  std::vector<std::optional<Twist>> tipWrenches() const override;
   std::vector<std::vector<Eigen::Vector3d>> shapes() const override;
 
   const kinematics::assist::TargetAssist& model() const { return model_; }

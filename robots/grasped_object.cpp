@@ -293,6 +293,13 @@ std::vector<Eigen::Isometry3d> GraspedObjectMechanism::tips() const {
   return tips;
 }
 
+std::vector<std::optional<Twist>> GraspedObjectMechanism::tipWrenches() const {
+  std::vector<std::optional<Twist>> wrenches;
+  for (std::size_t k = 0; k < parts_->arms.size(); ++k)
+    wrenches.emplace_back(parts_->model.wrenchOn(static_cast<int>(k), parts_->equilibrium));
+  return wrenches;
+}
+
 std::vector<std::vector<Eigen::Vector3d>> GraspedObjectMechanism::shapes() const {
   const Parts& parts = *parts_;
   std::vector<std::vector<Eigen::Vector3d>> shapes;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -59,6 +60,9 @@ class Mechanism {
   virtual std::vector<std::pair<std::string, double>> columns() const { return {}; }
   /// Poses of the tool tips, robot base frame; empty if unknown.
   virtual std::vector<Eigen::Isometry3d> tips() const { return {}; }
+  /// Wrench on each of them by what the arm holds or pushes: force N, moment N m about the tip, robot base frame; none
+  /// where it is not known or another place of the arm is touched. Empty: of no tip.
+  virtual std::vector<std::optional<Twist>> tipWrenches() const { return {}; }
   /// Points along each arm for drawings, m, robot base frame.
   virtual std::vector<std::vector<Eigen::Vector3d>> shapes() const { return {}; }
 };

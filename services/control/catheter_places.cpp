@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/control/catheter_places.h"
 
+#include <algorithm>
+
 #include "operation/convert.h"
 #include "robots/robot_type.h"
 
@@ -25,6 +27,7 @@ bool CatheterPlaces::update(const dds::ActuationState& state) {
   if (!follower_.solveEquilibrium(q).empty())
     return false;
   tips_ = follower_.mechanism().tips();
+  wrenches_ = follower_.mechanism().tipWrenches();
   shapes_ = follower_.mechanism().shapes();
   return true;
 }
@@ -38,6 +41,10 @@ dds::Shape CatheterPlaces::shape(int arm) const {
   }
   shape.tubes.assign(shapes_[k].size(), 1);
   shape.outer_radius.assign(shapes_[k].size(), radius_[k]);
+  if (k < wrenches_.size() && wrenches_[k]) {
+    shape.loaded = 1;
+    std::ranges::copy(*wrenches_[k], shape.wrench.begin());
+  }
   return shape;
 }
 

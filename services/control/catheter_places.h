@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Tip poses and shapes of loaded catheters, for display. */
+/** @file Tip poses, shapes and contact forces of loaded catheters, for display. */
 #pragma once
 
+#include <optional>
 #include <vector>
 
 #include "robots/mechanisms.h"
@@ -31,6 +32,7 @@ class CatheterPlaces {
   std::uint64_t session_ = 0;
   std::uint32_t joint_resets_ = 0;
   std::vector<Eigen::Isometry3d> tips_;
+  std::vector<std::optional<robots::Twist>> wrenches_;
   std::vector<std::vector<Eigen::Vector3d>> shapes_;
   std::vector<float> radius_;  ///< of each arm, m
 };

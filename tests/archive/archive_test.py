@@ -37,7 +37,7 @@ ADDED = {"ActuationState": "fingerprint, recovery, lost, homed, holds", "Actuati
          "HalStatus": "fingerprint, snap_energy, snap_distance, emergency_stop, command_success, axis_lost, axis_limit_switch, axis_last, "
                       "axis_last_position, axis_jump_tolerance, hardware_count[16..23], "
                       "hardware_arm[16..23], "
-                      "hardware_joint[16..23], bus_success"}
+                      "hardware_joint[16..23], bus_success", "Shape": "loaded, wrench"}
 
 
 def added(topic_type):

@@ -89,7 +89,10 @@ class Replay(Operated):
 
 class Catheters(Operated):
     def test_catheters_and_what_they_hold(self):
-        self.operate("catheters.js", "ablation-pair", robot=system.PRESETS / "cooperative" / "ablation-pair.yaml")
+        robot = self.folder / "loaded.yaml"
+        text = (system.PRESETS / "cooperative" / "ablation-pair.yaml").read_text()
+        robot.write_text(text.replace("\nobject:\n", "\nobject:\n  load_N: [0, 0, -0.002]\n"))
+        self.operate("catheters.js", "ablation-pair", robot=robot)
 
 
 class Positions(Operated):

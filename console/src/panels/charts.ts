@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Strip charts of the last 30 s: what the arms do beside the bars, and what the loop does in the Health panel. */
 import type { ControlStatus } from "../wire/messages";
-import { kNoTrace, plain, taskTraces } from "../state/traces";
+import { forceOf } from "../state/force";
+import { armTrace, kNoTrace, plain, taskTraces } from "../state/traces";
+import { shortName } from "../state/descriptions";
 import type { Context, Panel } from "./context";
 import { h } from "./dom";
 import { digits, StripChart } from "./strip";
@@ -42,6 +44,7 @@ export class Charts implements Panel {
     this.error = this.make(element, { title: "task error, mm", traces: [...kNoTasks], least: 0, span: 0.1, text });
     this.scale = this.make(element, { title: "task scale, 0 to 1", traces: [...kNoTasks], least: 0, most: 1.05, text });
     if (c.robot.capabilities.computation) this.makeClearance();
+    if (c.robot.capabilities.common_path) this.makeForces();
     const solver = [plain("solve", 0), plain("cycle", 1)];
     this.solver = this.make(element, { title: "time of a cycle, ms", traces: solver, least: 0, span: 0.1, text });
     const jitter = [plain("mean", 0), plain("worst", 1)];
@@ -77,6 +80,19 @@ export class Charts implements Panel {
     this.c.world.taps.clearance.push(({ bodies }, time) => {
       const distances = bodies.map((body) => 1e3 * body.distance);
       chart.add(time, [distances.length > 0 ? Math.min(...distances) : null]);
+    });
+  }
+
+  private makeForces(): void {
+    const { arms } = this.c.robot;
+    const traces = arms.map(({ name }, k) => armTrace(`on tip ${shortName(name)}`, k));
+    const chart = this.make(this.element, { title: "contact force, mN", traces, least: 0, span: 0.01, text: digits });
+    this.c.world.taps.shape.push((_, time) => {
+      const forces = arms.map((_, k) => forceOf(this.c.world.shape(k)));
+      chart.add(
+        time,
+        forces.map((force) => (force ? 1e3 * Math.hypot(...force) : null)),
+      );
     });
   }
 

@@ -3,10 +3,12 @@
 import { kCloseBelow } from "../scene/closeness";
 import { kClose, kForbidden, kGoal, kNear, kWorkspace } from "../scene/colors";
 import { kThickness } from "../scene/drawing";
+import { kUnit } from "../scene/forces";
 import type { Preset, View } from "../scene/view";
 import { kPresets } from "../scene/view";
 import { age, ageText } from "../state/age";
 import { shortName } from "../state/descriptions";
+import { forceOf, newtons } from "../state/force";
 import { port, TaskKind } from "../wire/messages";
 import { Choice } from "./choice";
 import type { Context, Panel } from "./context";
@@ -21,6 +23,7 @@ export class Hud implements Panel {
   readonly figures: HTMLElement;
   private readonly near = h("output.figure", { id: "clearance" });
   private readonly relative = h("output.figure", { id: "relative" });
+  private readonly forces = h("output.figure", { id: "forces", hidden: true });
   private readonly curtain = h("div.curtain", { hidden: true, id: "curtain" });
   private readonly rate = h("output.rate", { id: "fps" });
   /** Handle at which the pointer grabs the driven tip. */
@@ -55,7 +58,7 @@ export class Hud implements Panel {
       "small",
     );
     this.legend = this.makeLegend();
-    this.figures = h("div.figures", {}, this.near, this.relative);
+    this.figures = h("div.figures", {}, this.near, this.relative, this.forces);
     this.element = h(
       "div.hud",
       {},
@@ -146,9 +149,22 @@ export class Hud implements Panel {
     setClass(this.near, "stale", world.stale(world.clearance, now));
     setClass(this.relative, "stale", !live);
     this.updateRelative();
+    this.updateForces(live);
     this.updateHandle();
     const tips = this.view.arms.filter((arm) => arm.hasTip).map((arm) => this.view.toScreen(arm.tip));
     setAttribute(this.view.place, "data-tips", tips.map(({ x, y }) => `${x.toFixed(0)},${y.toFixed(0)}`).join(" "));
+  }
+
+  private updateForces(live: boolean): void {
+    const known = this.names.flatMap((name, k) => {
+      const force = forceOf(this.c.world.shape(k));
+      return force ? [`tip ${name} ${newtons(Math.hypot(...force))}`] : [];
+    });
+    setShown(this.forces, known.length > 0);
+    const { unit } = this.view.forces;
+    const scale = unit > 0 ? ` · arrow of ${millimetres(kUnit, 0)} mm: ${newtons(unit)}` : "";
+    setText(this.forces, `contact force on ${known.join(", ")} (by the model)${scale}`);
+    setClass(this.forces, "stale", !live);
   }
 
   private updateHandle(): void {

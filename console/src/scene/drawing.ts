@@ -5,6 +5,7 @@ import * as THREE from "three";
 import type { Context } from "../panels/context";
 import type { TeleopStatus } from "../wire/messages";
 import { TeleopState } from "../wire/messages";
+import { forceOf } from "../state/force";
 import type { Slot } from "../wire/link";
 import { closestOf } from "./closeness";
 import { known } from "./object";
@@ -69,6 +70,11 @@ export class Drawing {
       changed = arm.setStale(world.stale(slots.shape, now)) || changed;
     });
     this.again = false;
+    if (moved)
+      this.view.forces.update(
+        this.view.arms.map(({ tip }) => tip),
+        this.view.arms.map((_, k) => forceOf(world.shape(k))),
+      );
     if (moved) this.view.object?.update(this.view.arms.map((_, k) => world.tip(k)));
     if (this.news(world.path)) {
       const path = world.planned();

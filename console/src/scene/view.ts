@@ -7,6 +7,7 @@ import type { Robot } from "../state/robot";
 import { shortName } from "../state/descriptions";
 import { ArmView } from "./armview";
 import { baseAxis } from "./base";
+import { ForcesView } from "./forces";
 import { Guides } from "./guides";
 import { ObjectView } from "./object";
 import { PreviewView } from "./preview";
@@ -28,6 +29,7 @@ export class View {
   readonly span = new SpanView();
   /** Grasped object. */
   readonly object: ObjectView | null;
+  readonly forces: ForcesView;
   readonly camera: THREE.PerspectiveCamera;
   readonly controls: OrbitControls;
   readonly scene = new THREE.Scene();
@@ -71,6 +73,7 @@ export class View {
     this.guides = new Guides(robot.arms.length);
     this.preview = new PreviewView(robot.arms);
     this.object = robot.object && new ObjectView(robot.object);
+    this.forces = new ForcesView(robot.arms);
     this.into = new THREE.Vector3();
     this.middle = new THREE.Vector3();
     for (const arm of robot.arms) {
@@ -99,6 +102,7 @@ export class View {
       this.guides.group,
       this.preview.group,
       this.span.group,
+      this.forces.group,
       this.ruler(),
       ...this.arms.map((arm) => arm.group),
     );

@@ -21,10 +21,16 @@ export const plain = (name: string, k: number): Trace => ({
   dashed: k % 2 !== 0,
 });
 
+/** A line that belongs to an arm. */
+export const armTrace = (name: string, arm: number): Trace => ({
+  name,
+  colour: `--trace-arm-${arm % kArmColours}`,
+  dashed: false,
+});
+
 function traceOf({ kind, arm, other_arm }: TaskReference, arms: readonly string[], k: number): Trace {
   const name = (j: number): string => shortName(arms[j] ?? String(j));
-  if (kind === TaskKind.tipPosition)
-    return { name: `tip ${name(arm)}`, colour: `--trace-arm-${arm % kArmColours}`, dashed: false };
+  if (kind === TaskKind.tipPosition) return armTrace(`tip ${name(arm)}`, arm);
   if (kind === TaskKind.relativePosition) return plain(`${name(arm)} from ${name(other_arm)}`, k);
   return plain(kind === TaskKind.objectPose ? "object" : kOrdinals[k]!, k);
 }

@@ -109,6 +109,30 @@ TEST(GraspedObject, SagUnderALoadMatchesTheStiffness) {
   }
 }
 
+/// The object rests: what it passes on to the arms is its load, in force and in moment about its origin.
+TEST(GraspedObject, WrenchesOnTheTipsCarryTheLoad) {
+  for (const ContactType type : {ContactType::kRigid, ContactType::kSoftFinger, ContactType::kPoint}) {
+    SCOPED_TRACE(nameOf(type));
+    const config::CooperativeRobot robot = pressing(type);
+    GraspedObjectMechanism mechanism(robot);
+    EXPECT_EQ(mechanism.solveEquilibrium(pressed(mechanism, robot)), "");
+    const auto wrenches = mechanism.tipWrenches();
+    const auto tips = mechanism.tips();
+    ASSERT_EQ(wrenches.size(), tips.size());
+    Eigen::Vector3d force = -robot.object->load, moment = Eigen::Vector3d::Zero();
+    for (std::size_t k = 0; k < tips.size(); ++k) {
+      ASSERT_TRUE(wrenches[k]);
+      const Eigen::Vector3d on_tip = wrenches[k]->head<3>();
+      const Eigen::Vector3d lever = tips[k].translation() - mechanism.pose().translation();
+      EXPECT_GT(on_tip.norm(), 0.1 * robot.object->load.norm());
+      force += on_tip;
+      moment += wrenches[k]->tail<3>() + lever.cross(on_tip);
+    }
+    EXPECT_LT(force.norm(), 1e-6 * robot.object->load.norm());
+    EXPECT_LT(moment.norm(), 1e-6 * robot.object->load.norm() * mechanism.length());
+  }
+}
+
 TEST(GraspedObject, JacobianUnderALoadMatchesTheEquilibria) {
   for (const ContactType type : {ContactType::kRigid, ContactType::kSoftFinger, ContactType::kPoint}) {
     const config::CooperativeRobot robot = pressing(type);
@@ -267,6 +291,13 @@ TEST(Assisted, FollowsACircleWithBothArmsAndHoldsThePush) {
   ASSERT_EQ(mechanism.solveEquilibrium(mechanism.home()), "");
   const double push = mechanism.chain().push;
   EXPECT_GT(push, 0.0);
+  const auto wrenches = mechanism.tipWrenches();
+  ASSERT_EQ(wrenches.size(), 2u);
+  EXPECT_FALSE(wrenches[0]) << "the target is pushed at its base of bending";
+  ASSERT_TRUE(wrenches[1]);
+  const Eigen::Vector3d normal = mechanism.chain().contact.linear().col(2);
+  EXPECT_NEAR(std::abs(normal.dot(wrenches[1]->head<3>())), push, 1e-12);
+  EXPECT_LT(wrenches[1]->head<3>().dot(mechanism.chain().wrench.head<3>()), 0.0) << "the counterforce";
   ObjectPath path = pathOf(PathShape::kCircle, {0, 1}, mechanism);
   path.held = Hold::kPlaces;
   const TrackRecord record = track(mechanism, path, optionsOf(robot));
