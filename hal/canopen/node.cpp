@@ -80,7 +80,8 @@ std::string Node::describe(const NodeFailure& failure) const {
     const SetupStep& step = steps_[static_cast<std::size_t>(failure.step)];
     const std::string text = step.what + " " + canopen::describe(step.object) + ": ";
     if (failure.reason == NodeFailure::Reason::kMismatch)
-      return text + "found " + number(failure.value) + ", expected " + number(step.value);
+      return text + "found " + number(failure.value) + ", expected " + number(step.value) +
+             (step.mask == SetupStep{}.mask ? "" : " in the bits " + number(step.mask));
     return text + (step.writes() ? "sent " + number(step.value) + ": " : "") + canopen::describe(failure.abort);
   }
   switch (failure.reason) {

@@ -254,10 +254,14 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
   setup.name = axis.name;
   setup.minimum = leastProtections(axis.accepted);
   std::uint32_t modes = 1u << (static_cast<int>(axis.mode) - 1);
-  if (axis.reference == PositionReference::kHoming)
+  std::string names(name(axis.mode));
+  if (axis.reference == PositionReference::kHoming) {
     modes |= 1u << (static_cast<int>(DriveMode::kHoming) - 1);
+    names += ", " + std::string(name(DriveMode::kHoming));
+  }
   appendWrites(setup.steps, axis.sdo);
-  setup.steps.push_back(optional(canopen::checkBits({0x6502, 0}, modes, modes, 4, "supported modes")));
+  setup.steps.push_back(
+      optional(canopen::checkBits({0x6502, 0}, modes, modes, 4, "supported modes, among them " + names)));
   appendUnits(setup.steps, axis.units);
   appendFactors(setup.steps);
   appendReactions(setup.steps, axis);

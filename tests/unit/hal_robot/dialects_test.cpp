@@ -142,6 +142,19 @@ TEST_P(EachDialect, MovesAndStops) {
 
 INSTANTIATE_TEST_SUITE_P(Of, EachDialect, testing::ValuesIn(dialects()), [](const auto& i) { return i.param.name; });
 
+TEST(Dialects, ADriveWithoutTheModeIsRefusedWithItsName) {
+  DriveKind kind;
+  std::ranges::find(kind.eds.objects, canopen::ObjectAddress{0x6502, 0}, &canopen::EdsObject::address)->value = 0x65;
+  System system(presetHardware(), 0.0, kind);
+  EXPECT_FALSE(system.boot());
+  EXPECT_NE(driveNode(system.robot->arm(0).axis(0))
+                .describeFailure()
+                .find("supported modes, among them cyclic synchronous position 6502:00: found 101 (0x65), "
+                      "expected 128 (0x80) in the bits 128 (0x80)"),
+            std::string::npos)
+      << driveNode(system.robot->arm(0).axis(0)).describeFailure();
+}
+
 TEST(Dialects, ADriveThatTakesOneObjectRefusesTwo) {
   System system(presetHardware(), 0.0, takingOneObject());
   EXPECT_FALSE(system.boot());
