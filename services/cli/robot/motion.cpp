@@ -75,9 +75,9 @@ int sendMeasurements(client::Client& client, const config::Robot& robot, const s
   client.releaseLease();
   const client::Snapshot now = client.snapshot();
   const nlohmann::ordered_json left = client::unconfirmedPositions(robot, now.hal, now.state);
-  answer(
-      "measured positions taken" + (left.empty() ? "" : "; not ready yet:\n" + client::describeUnconfirmed(left, "  ")),
-      {{"taken", requests.size()}, {"unconfirmed", left}});
+  std::string text = "measured positions taken; not ready yet:\n" + client::describeUnconfirmed(left, "  ");
+  text.pop_back();
+  answer(left.empty() ? "measured positions taken" : text, {{"taken", requests.size()}, {"unconfirmed", left}});
   return kOk;
 }
 
@@ -197,12 +197,14 @@ void registerHome(CLI::App& app, int& exit_code) {
   command->add_option("-d,--deployment", options->deployment, "deployment file or preset")->capture_default_str();
   command->add_option("-a,--arm", options->arm, "one arm only");
   command->add_option("--timeout", options->timeout, "time-out, s")->capture_default_str()->check(client::kPositive);
-  command->add_flag(
+  CLI::Option* const confirm = command->add_flag(
       "--confirm", options->confirm,
       "confirm positions after power on that are not those of before (jump_tolerance); it takes 3 s per arm");
-  command->add_option("--measured", options->measured,
-                      "JOINT=POSITION in mm or degrees: where a joint with `reference: measured` stands, as measured "
-                      "from outside; repeatable, with --arm");
+  command
+      ->add_option("--measured", options->measured,
+                   "JOINT=POSITION in mm or degrees: where a joint with `reference: measured` stands, as measured from "
+                   "outside; repeatable, with --arm")
+      ->excludes(confirm);
   command->footer("The arms must be DISABLED. To move homed arms to the robot file's home: tandem robot home.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return homeDrives(*options); }); });
 }

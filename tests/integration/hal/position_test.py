@@ -108,6 +108,7 @@ class Positions(HalTest):
             self.assertNotEqual(answer.returncode, 0, wrong)
             self.assertIn(why, answer.stderr)
         self.assertIn("expected --arm", system.run(*home, "--measured", "beta_1=1").stderr)
+        self.assertIn("excludes", system.run(*home, "--arm", "a", "--measured", "beta_1=1", "--confirm").stderr)
         self.await_states(UNMEASURED, UNMEASURED, UNMEASURED)
         for arm, places in (("a", (-150.0, -100.0, -50.0)), ("b", (-130.0, -120.0, -100.0))):
             one, *others = [f"--measured=beta_{tube}={place}" for tube, place in enumerate(places, 1)]
