@@ -14,6 +14,7 @@
 #include "recording/named_columns.h"
 #include "services/cli/models/figure.h"
 #include "services/cli/recordings/recordings.h"
+#include "services/cli/subcommand.h"
 #include "services/runtime/temporary_folder.h"
 
 namespace tandem::cli {

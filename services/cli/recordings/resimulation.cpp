@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 
+#include "services/cli/subcommand.h"
 #include "services/dds/raw.h"
 #include "services/recordings/recorded_system.h"
 #include "services/simulation/sim_core.h"

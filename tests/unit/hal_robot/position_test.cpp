@@ -176,8 +176,8 @@ TEST(LastPositions, ADamagedFileIsNeverBelieved) {
   Random random(tandem::test::baseSeed());
   for (int k = 0; k < 500; ++k) {
     std::string text = good;
-    text[static_cast<std::size_t>(random.integer(0, static_cast<int>(text.size()) - 1))] ^=
-        static_cast<char>(1 << random.integer(0, 7));
+    char& byte = text[static_cast<std::size_t>(random.integer(0, static_cast<int>(text.size()) - 1))];
+    byte = static_cast<char>(byte ^ (1 << random.integer(0, 7)));
     refused(text);
   }
   // A HAL that starts with such a file asks.
