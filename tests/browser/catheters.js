@@ -22,7 +22,7 @@ async function main() {
       "both catheters, and between them what they hold",
       (s) => s.blue > 100 && s.orange > 100 && s.green > 30,
     );
-    await me.text(".legend", /A catheter.*B catheter.*grasped object/);
+    await me.text(".legend", /A catheter.*B catheter.*grasped object.*arrows at the tips: contact forces/);
     assert.doesNotMatch(await me.page.textContent(".legend"), /tube|nearest/);
     const names = await me.page.$$eval(".bar .name", (all) => all.map((name) => name.textContent));
     assert.deepStrictEqual(names, ["insertion", "roll", "bend", "insertion", "roll", "bend"]);

@@ -88,6 +88,7 @@ export class Hud implements Panel {
       h("li", {}, "frames of the tips: ", ...this.axes()),
       swatch(kGoal, "target, planned path", "dashed"),
       swatch("#ffffff", "relative position", "thin"),
+      capabilities.common_path ? h("li", {}, "arrows at the tips: contact forces") : null,
       capabilities.computation ? swatch(kNear, "nearest bodies", "thin") : null,
       capabilities.computation ? swatch(kClose, `closer than ${millimetres(kCloseBelow, 0)} mm`) : null,
       forbidden === "" ? null : swatch(kForbidden, `forbidden to targets: ${forbidden}`),
