@@ -22,14 +22,6 @@ std::optional<T> whole(const std::string& text, Base... base) {
   return value;
 }
 
-/// Removes a comment behind the value.
-std::string withoutComment(const std::string& text, std::vector<std::string>& odd) {
-  const std::size_t begin = text.find(';');
-  if (begin != std::string::npos)
-    odd.push_back("'" + text.substr(begin) + "' counts as a comment");
-  return trimmed(text.substr(0, begin));
-}
-
 /// Removes "$nodeid" and the plus sign beside it. @return false: there is something else beside it.
 bool takeNodeId(std::string& text, EdsNumber& number) {
   const std::size_t at = text.find("nodeid");
@@ -70,6 +62,13 @@ std::optional<std::uint64_t> readMagnitude(const std::string& text, std::vector<
 }
 
 }  // namespace
+
+std::string withoutComment(const std::string& text, std::vector<std::string>& odd) {
+  const std::size_t begin = text.find(';');
+  if (begin != std::string::npos)
+    odd.push_back("'" + text.substr(begin) + "' counts as a comment");
+  return trimmed(text.substr(0, begin));
+}
 
 std::optional<EdsNumber> readNumber(const std::string& text) {
   EdsNumber number;

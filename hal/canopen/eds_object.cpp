@@ -90,7 +90,10 @@ void EdsObjectReader::readType(const IniSection& section, EdsObject& object) {
 
 void EdsObjectReader::readAccess(const IniSection& section, EdsObject& object) {
   const IniValue* value = section.find("accesstype");
-  const std::string text = value == nullptr ? "" : lowerCase(value->text);
+  std::vector<std::string> odd;
+  const std::string text = value == nullptr ? "" : lowerCase(withoutComment(value->text, odd));
+  for (const std::string& one : odd)
+    warn(value->line, "[" + section.name + "]: AccessType: " + one);
   if (text == "const") {
     object.access = Access::kConstant;
   } else if (text == "wo") {

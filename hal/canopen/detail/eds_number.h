@@ -11,6 +11,9 @@
 
 namespace tandem::hal::canopen {
 
+/// The text without a comment behind it. @param[out] odd  gets a remark if there was one
+std::string withoutComment(const std::string& text, std::vector<std::string>& odd);
+
 /** The text of a value as a number. */
 struct EdsNumber {
   std::uint64_t magnitude = 0;

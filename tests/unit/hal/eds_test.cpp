@@ -129,6 +129,7 @@ TEST(Eds, WarnsOfAnOddObjectAndGoesOn) {
       {begin + "AccessType=rw\nDefaultValue=0x1G\n", 22, "found '0x1G', expected a number"},
       {begin + "AccessType=rw\nDefaultValue=65536\n", 22, "does not fit UNSIGNED16"},
       {begin + "AccessType=rw\nDefaultValue=0x5 ; rpm\n", 22, "'; rpm' counts as a comment"},
+      {begin + "AccessType=rw ; both\n", 21, "'; both' counts as a comment"},
       {begin + "AccessType=rw\nDefaultValue=010\n", 22, "read as octal (CiA 306): 8, not 10"},
       {begin + "AccessType=rw\nDefaultValue=09\n", 22, "read as decimal"},
       {begin + "AccessType=rw\nDefaultValue=9\nLowLimit=1\nHighLimit=8\n", 18,
