@@ -342,15 +342,16 @@ ArmHardware::HomingAnswer ArmHardware::home(std::int64_t now) noexcept {
     return HomingAnswer::kRunning;
   if (homed())
     return HomingAnswer::kDone;
-  if (supervisor_.state() != OperatingState::kDisabled || power_ != ArmPower::kOff)
+  if (!off())
     return HomingAnswer::kNotDisabled;
   if (!all([](const Axis& axis) { return !axis.unconfirmed(); })) {
     confirmPositions(again, now);
     return homed() ? HomingAnswer::kDone : HomingAnswer::kUnconfirmed;
   }
-  if (!homing_.needed() && !all([](const Axis& axis) { return !axis.unmeasured(); }))
-    return HomingAnswer::kUnmeasured;
-  if (presentFaults() != 0 || !homing_.needed() || !all([](const Axis& axis) { return axis.up(); }))
+  if (!homing_.needed())
+    return all([](const Axis& axis) { return !axis.unmeasured(); }) ? HomingAnswer::kNotReady
+                                                                    : HomingAnswer::kUnmeasured;
+  if (presentFaults() != 0 || !all([](const Axis& axis) { return axis.up(); }))
     return HomingAnswer::kNotReady;
   homing_.start(now);
   return HomingAnswer::kRunning;

@@ -53,8 +53,8 @@ class ArmHardware {
   HomingAnswer home(std::int64_t now) noexcept;
   /// Axis::takeMeasurement(), for an arm that is DISABLED and without power.
   MeasurementAnswer takeMeasurement(int joint, double position) noexcept {
-    const bool off = supervisor_.state() == safety::OperatingState::kDisabled && power_ == ArmPower::kOff && !homing();
-    return off ? axes_[static_cast<std::size_t>(joint)]->takeMeasurement(position) : MeasurementAnswer::kNotDisabled;
+    return off() && !homing() ? axes_[static_cast<std::size_t>(joint)]->takeMeasurement(position)
+                              : MeasurementAnswer::kNotDisabled;
   }
   static constexpr double kHomingKeepAlive = 1.0;  ///< s
   static constexpr double kConfirmTime = 3.0;      ///< s
@@ -98,6 +98,10 @@ class ArmHardware {
   void stepOn(std::int64_t now) noexcept;
   void switchOff(std::int64_t now) noexcept;
   void stepReboot(std::int64_t now) noexcept;
+  /// DISABLED, and without power but for a homing run.
+  bool off() const noexcept {
+    return supervisor_.state() == safety::OperatingState::kDisabled && power_ == ArmPower::kOff;
+  }
   void stepHoming(std::int64_t now) noexcept;
   void confirmPositions(bool again, std::int64_t now) noexcept;
   safety::ArmVector places() const noexcept;

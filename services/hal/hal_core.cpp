@@ -102,11 +102,11 @@ void HalCore::home(int arm, std::int64_t now, HalAnswer& answer) noexcept {
   }
 }
 
-void HalCore::takeMeasurement(int arm, const ParsedHalRequest& request, HalAnswer& answer) noexcept {
-  if (request.joint >= drives_.jointCount(arm))
+void HalCore::takeMeasurement(int arm, HalAnswer& answer) noexcept {
+  if (answer.joint >= drives_.jointCount(arm))
     return refuse(answer, dds::ReplyCode::kMalformed, "", "joint: expected a joint of the arm");
-  const char* name = drives_.arm(arm).axis(request.joint).config().name.c_str();
-  switch (drives_.takeMeasurement(arm, request.joint, request.position)) {
+  const char* name = drives_.arm(arm).axis(answer.joint).config().name.c_str();
+  switch (drives_.takeMeasurement(arm, answer.joint, answer.position)) {
     case hal::MeasurementAnswer::kTaken:
       return;
     case hal::MeasurementAnswer::kNotDisabled:
@@ -124,13 +124,7 @@ void HalCore::takeMeasurement(int arm, const ParsedHalRequest& request, HalAnswe
 }
 
 HalAnswer HalCore::onRequest(const ParsedHalRequest& request, std::int64_t now) noexcept {
-  HalAnswer answer;
-  answer.client = request.client;
-  answer.request = request.request;
-  answer.kind = static_cast<dds::HalKind>(request.kind);
-  answer.arm = request.arm;
-  answer.joint = request.joint;
-  answer.position = request.position;
+  HalAnswer answer{request};
   const bool measured = request.kind == static_cast<std::uint8_t>(dds::HalKind::kMeasured);
   if (!measured && request.kind != static_cast<std::uint8_t>(dds::HalKind::kHome))
     refuse(answer, dds::ReplyCode::kUnknown, "", "unknown kind of request, expected 1 (home) or 2 (measured)");
@@ -149,7 +143,7 @@ HalAnswer HalCore::onRequest(const ParsedHalRequest& request, std::int64_t now) 
       const char* name = drives_.config().arms[static_cast<std::size_t>(a)].name.c_str();
       refuse(answer, refusal.code(), name, ": ", idl::name(refusal.reason).data());
     } else {
-      measured ? takeMeasurement(a, request, answer) : home(a, now, answer);
+      measured ? takeMeasurement(a, answer) : home(a, now, answer);
     }
   }
   return answer;

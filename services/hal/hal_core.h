@@ -23,14 +23,8 @@ struct ParsedHalRequest {
   double position = 0.0;   ///< measured: m or rad
 };
 
-/** Reply to a ParsedHalRequest, as a plain struct. */
-struct HalAnswer {
-  std::uint64_t client = 0;
-  std::uint64_t request = 0;
-  dds::HalKind kind = dds::HalKind::kHome;
-  std::uint8_t arm = dds::kAllArms;  ///< this and the next two as in ParsedHalRequest
-  std::uint8_t joint = 0;
-  double position = 0.0;
+/** A request and the reply to it, as a plain struct. */
+struct HalAnswer : ParsedHalRequest {
   dds::ReplyCode code = dds::ReplyCode::kOk;
   std::uint32_t value = 0;                ///< home: 1 done, 0 running
   dds::PerArm<std::uint8_t> not_homed{};  ///< joints of the requested arms before the request, one bit each
@@ -75,7 +69,7 @@ class HalCore : public runtime::DriveCore<hal::RobotHardware> {
  private:
   idl::RefusalReason againstHoming(const ParsedHalRequest& request, int arm, std::int64_t now) const noexcept;
   void home(int arm, std::int64_t now, HalAnswer& answer) noexcept;
-  void takeMeasurement(int arm, const ParsedHalRequest& request, HalAnswer& answer) noexcept;
+  void takeMeasurement(int arm, HalAnswer& answer) noexcept;
 
   std::uint64_t commander_ = 0;  ///< of the last accepted command
   dds::PerArm<std::uint8_t> may_home_{};

@@ -49,7 +49,7 @@ HomingLog::Line HomingLog::measured(const HalAnswer& answer, const std::optional
 HomingLog::Line HomingLog::answered(const HalAnswer& answer,
                                     const std::optional<dds::Identity>& who,
                                     std::int64_t now) {
-  if (answer.kind == dds::HalKind::kMeasured)
+  if (answer.kind == static_cast<std::uint8_t>(dds::HalKind::kMeasured))
     return measured(answer, who);
   std::erase_if(runs_,
                 [now](const auto& run) { return run.second.said != Said::kBegin && now - run.second.last > kAgain; });
