@@ -70,7 +70,7 @@ export class Drawing {
       changed = arm.setStale(world.stale(slots.shape, now)) || changed;
     });
     this.again = false;
-    if (moved)
+    if (moved && this.c.robot.capabilities.common_path)
       this.view.forces.update(
         this.view.arms.map(({ tip }) => tip),
         this.view.arms.map((_, k) => forceOf(world.shape(k))),
