@@ -59,6 +59,19 @@ Group readGroup(const Map& map, bool translation, const ProfileLosses& losses) {
   return group;
 }
 
+/// Each protection once, with a reason that says something.
+void checkAccepted(const Map& axis) {
+  if (!axis.has("accept"))
+    return;
+  std::set<std::string> named;
+  axis.each("accept", [&](const Map& loss) {
+    if (!named.insert(loss.text("protection")).second)
+      loss.fail("protection", "found " + loss.text("protection") + " a second time, expected each protection once");
+    if (loss.text("reason").find_first_not_of(" \t\r\n") == std::string::npos)
+      loss.fail("reason", "found nothing but blanks, expected what stops the axis instead, or how far it travels");
+  });
+}
+
 /** Collects the axes of all groups and refuses joints and nodes that are used twice. */
 class AxisReader {
  public:
@@ -70,6 +83,7 @@ class AxisReader {
   void read(const Map& map, const Group& group) {
     AxisConfig axis = group.axis;
     map.read(axis);
+    checkAccepted(map);
     for (hal::SdoWrite& write : readSdo(map))
       axis.sdo.push_back(std::move(write));
     placeJoint(map, axis);

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
 #include <variant>
 
 #include "config/arm_names.h"
@@ -80,6 +81,21 @@ std::vector<std::string> missingAcceptances(const hal::HardwareConfig& hardware)
   return warnings;
 }
 
+/// Real axes whose first motion may go farther with a wrong unit than by default.
+std::vector<std::string> wideFirstMotions(const hal::HardwareConfig& hardware) {
+  std::vector<std::string> warnings;
+  for (const hal::AxisConfig& axis : hardware.axes) {
+    const double usual = axis.translation ? hal::kFirstTranslation : hal::kFirstRotation;
+    const double shown = axis.translation ? 1e3 : 180.0 / std::numbers::pi;
+    const std::string unit = axis.translation ? " mm" : " deg";
+    if (!hardware.simulated && axis.first_motion > usual * (1.0 + 1e-9))
+      warnings.push_back(axis.name + ": first_motion is " + formatNumber(axis.first_motion * shown) + unit +
+                         ", expected at most " + formatNumber(usual * shown) + unit +
+                         " for real drives: with a wrong unit the first motion may go that far");
+  }
+  return warnings;
+}
+
 /// "; by their profiles 4 axes may lack speed_limit (6080)".
 std::string foretoldLosses(const hal::HardwareConfig& hardware) {
   std::map<hal::ProtectionMask, std::size_t> axes;
@@ -94,6 +110,9 @@ std::string foretoldLosses(const hal::HardwareConfig& hardware) {
 }
 
 Summary summarize(const hal::HardwareConfig& hardware) {
+  std::vector<std::string> warnings = missingAcceptances(hardware);
+  for (std::string& warning : wideFirstMotions(hardware))
+    warnings.push_back(std::move(warning));
   std::vector<std::string> buses;
   for (std::size_t b = 0; b < hardware.buses.size(); ++b) {
     if (hal::inLibrary(hardware.buses[b])) {
@@ -109,7 +128,7 @@ Summary summarize(const hal::HardwareConfig& hardware) {
               count(buses.size(), "bus", "buses") + " (" + join(buses, "; ") + "), period " +
               formatNumber(1e3 * hardware.period) + " ms" + (hardware.simulated ? ", simulated" : "") +
               foretoldLosses(hardware),
-          missingAcceptances(hardware)};
+          warnings};
 }
 
 Summary summarize(const DriveProfile& profile) {

@@ -84,5 +84,22 @@ TEST(HardwareNetwork, ProfilesForetellWhatSomebodyHasToAccept) {
     EXPECT_EQ(warning.find("arm_a translation 1:"), std::string::npos) << warning;
 }
 
+/// What the presets permit their simulated drives on a busy host is copied with them.
+TEST(HardwareNetwork, AWideFirstMotionOfRealDrivesIsAWarning) {
+  const Folder folder;
+  const auto warnings_of = [&](const std::string& text) { return validate(folder.write("real.yaml", text)).warnings; };
+  const std::string real = replaced(replaced(readAll(presets() / "hardware/handheld.yaml"), "simulated: true\n", ""),
+                                    "../robots/handheld.yaml", (presets() / "robots/handheld.yaml").string());
+  const std::vector<std::string> found = warnings_of(real);
+  ASSERT_EQ(found.size(), 4u);
+  EXPECT_EQ(found[0],
+            "arm translation 1: first_motion is 1 mm, expected at most 0.2 mm for real drives: with a wrong unit the "
+            "first motion may go that far");
+  EXPECT_EQ(found[3].find("arm rotation 2: first_motion is 5 deg, expected at most 0.5 deg"), 0u) << found[3];
+  EXPECT_TRUE(warnings_of(replaced(replaced(real, "first_motion_mm: 1", "first_motion_mm: 0.2"), "first_motion_deg: 5",
+                                   "first_motion_deg: 0.5"))
+                  .empty());
+}
+
 }  // namespace
 }  // namespace tandem::config::test

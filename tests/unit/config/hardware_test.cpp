@@ -69,6 +69,10 @@ TEST(Hardware, AnAxisAcceptsTheLossOfProtectionsWithAReason) {
   refused("{protection: luck, reason: x}", 13, "protection",
           "found the text \"luck\", expected one of command_deadline");
   refused("{protection: heartbeat_watch}", 0, "reason", "the key is missing");
+  refused("{protection: heartbeat_watch, reason: '  '}", 38, "reason", "found nothing but blanks");
+  const std::string twice = "{protection: heartbeat_watch, reason: a relay}, {protection: heartbeat_watch, reason: b}";
+  expectHardwareRefusal({first, first + " accept: [" + twice + "],", twice, 61,
+                         "translations[0].axes[0].accept[1].protection", "found heartbeat_watch a second time"});
 }
 
 TEST(Hardware, LimitsAreThoseOfRobotAndDrive) {
