@@ -36,6 +36,14 @@ std::string describeJump(const hal::AxisConfig& axis, const hal::HardwareEvent& 
   return text + ". Compare it with the joint, then tandem home --confirm, or correct the offset";
 }
 
+/// The first motion of a joint after a boot was another one than commanded: most likely a unit is wrong.
+bool contradictsUnits(const hal::HardwareEvent& event) {
+  constexpr hal::GuardMask kOfMotion =
+      hal::bit(hal::HardwareGuard::kOverspeed) | hal::bit(hal::HardwareGuard::kFollowing);
+  return (event.guards & hal::bit(hal::HardwareGuard::kFirstMotion)) != 0 ||
+         (event.first_motion && (event.guards & kOfMotion) != 0);
+}
+
 }  // namespace
 
 std::string describeLost(const hal::HardwareConfig& hardware, const dds::HalStatus& status) {
@@ -49,6 +57,26 @@ std::string describeLost(const hal::HardwareConfig& hardware, const dds::HalStat
 }
 
 std::string nameOf(const hal::BusConfig& bus) { return "bus " + bus.name + " (" + bus.address + ")"; }
+
+void DeviceFailures::note(const hal::HardwareEvent& event, const std::string& text) {
+  if (event.kind == Kind::kNode)
+    reasons_[dds::jointIndex(event.arm, event.joint)] = text;
+}
+
+runtime::Details DeviceFailures::details(const hal::HardwareConfig& hardware, const dds::HalStatus& status) const {
+  runtime::Details details;
+  for (const hal::AxisConfig& axis : hardware.axes) {
+    const auto reason = reasons_.find(dds::jointIndex(axis.arm, axis.joint));
+    if (reason != reasons_.end() && status.axis_phase[reason->first] == static_cast<int>(hal::AxisPhase::kFailed))
+      details.push_back({runtime::kFailedKey + axis.name, reason->second});
+  }
+  return details;
+}
+
+bool isRemarkable(const hal::HardwareEvent& event, const hal::RobotHardware& robot) {
+  return event.kind == Kind::kReady &&
+         (event.lost != 0 || !robot.arm(event.arm).axis(event.joint).driver().remarks().empty());
+}
 
 bool isProblem(const hal::HardwareEvent& event) {
   return event.kind == Kind::kGuard || event.kind == Kind::kNode || event.kind == Kind::kMaster ||
@@ -68,11 +96,10 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
   switch (event.kind) {
     case Kind::kGuard:
       return axis.config().name + ": " + hal::describeGuards(event.guards) +
-             ((event.guards & hal::bit(hal::HardwareGuard::kFirstMotion)) == 0
-                  ? ""
-                  : ": the joint did not travel as commanded; check counts_per_revolution, gear_ratio, lead, "
-                    "velocity_unit, "
-                    "reversed, and the same of its encoder");
+             (contradictsUnits(event)
+                  ? ": the joint did not travel as commanded; check counts_per_revolution, gear_ratio, lead, "
+                    "velocity_unit, reversed, and the same of its encoder"
+                  : "");
     case Kind::kEmergency:
       return who + ": " + (event.code == 0 ? "emergency cleared" : "emergency, " + hal::describeErrorCode(event.code));
     case Kind::kNode:

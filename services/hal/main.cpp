@@ -102,10 +102,11 @@ class Service {
 
   void log(const hal::HardwareEvent& event) {
     const std::string text = hal_service::describe(event, core_.robot());
+    failures_.note(event, text);
     if (hal_service::isProblem(event)) {
       spdlog::error("{}", text);
       last_problem_ = text;
-    } else if (event.lost != 0) {
+    } else if (hal_service::isRemarkable(event, core_.robot())) {
       spdlog::warn("{}", text);
     } else {
       spdlog::info("{}", text);
@@ -122,17 +123,20 @@ class Service {
     log(homing_log_.look(runtime::monotonicNow()));
     const double* const success = status.bus_success.data();
     const double worst = status.bus_count > 0 ? *std::min_element(success, success + status.bus_count) : 1.0;
-    return {{"bus_load", fmt::format("{:.3f}", status.bus_load)},
-            {"bus_success", fmt::format("{:.2f}", worst)},
-            {"lost_protections", hal_service::describeLost(hardware_, status)},
-            {"last_problem", last_problem_}};
+    runtime::Details details = failures_.details(hardware_, status);
+    details.insert(details.end(), {{"bus_load", fmt::format("{:.3f}", status.bus_load)},
+                                   {"bus_success", fmt::format("{:.2f}", worst)},
+                                   {"lost_protections", hal_service::describeLost(hardware_, status)},
+                                   {"last_problem", last_problem_}});
+    return details;
   }
 
   const hal::HardwareConfig& hardware_;
   hal_service::HalCore& core_;
   hal_service::PositionKeeper positions_;
-  std::string last_problem_ = "none";  ///< publisher thread
-  hal_service::HomingLog homing_log_;  ///< publisher thread
+  std::string last_problem_ = "none";     ///< publisher thread
+  hal_service::DeviceFailures failures_;  ///< publisher thread
+  hal_service::HomingLog homing_log_;     ///< publisher thread
   runtime::DriveShell shell_;
   dds::Writer<dds::Reply> replies_;
   runtime::Outbox::Queue<hal_service::HalAnswer>& answers_out_;

@@ -63,6 +63,13 @@ void Diagnostics::publish(std::int64_t instant, Level level, const std::string& 
     values.push_back({kDroppedKey + topic.topic, std::to_string(topic.count) + ": " + topic.why});
   }
   std::string text = message;
+  const std::string failed = kFailedKey;
+  for (const auto& [key, value] : values) {
+    if (!key.starts_with(failed))
+      continue;
+    text += "; " + key.substr(failed.size()) + ": " + value;
+    level = Level::kError;
+  }
   for (std::size_t i = 0; i < others.size(); ++i) {
     text += "; " + others[i];
     values.push_back({kMismatchKey + std::to_string(i + 1), others[i]});

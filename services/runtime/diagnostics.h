@@ -20,6 +20,8 @@ using Details = std::vector<dds::KeyValue>;
 inline constexpr const char* kDroppedKey = "dropped ";
 /// Prefix of the keys that describe processes of another robot or deployment.
 inline constexpr const char* kMismatchKey = "mismatch ";
+/// Prefix of the keys that name devices that have failed; the value says why. Each is an error of the message, too.
+inline constexpr const char* kFailedKey = "failed ";
 /// In control's diagnostics, key of the name of the client that has paused the arms: this prefix and the client's id.
 inline constexpr const char* kPausedByKey = "paused_by ";
 /// Prefix of the message with which a service ends; the reason follows.
@@ -40,7 +42,8 @@ class Diagnostics {
   Diagnostics& operator=(const Diagnostics&) = delete;
 
   /// Adds the numbers of malformed samples that the bus has dropped, by topic; new ones are at least a warning, and are
-  /// logged. Also adds processes of another robot or deployment, as an error.
+  /// logged. Also adds processes of another robot or deployment, as an error, and to the message what has failed
+  /// (kFailedKey).
   /// @param instant  that the message describes: see RosTime
   void publish(std::int64_t instant, Level level, const std::string& message, Details values);
 

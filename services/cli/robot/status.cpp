@@ -96,10 +96,9 @@ nlohmann::ordered_json clearanceJson(const config::Robot& robot, const dds::Clea
   return json;
 }
 
-/// Malformed samples, by the service that dropped them and by topic.
-nlohmann::ordered_json droppedJson(const client::Snapshot& s) {
+/// Values of all services' diagnostics whose keys begin like this, by service and by the rest of the key.
+nlohmann::ordered_json detailsJson(const client::Snapshot& s, const std::string& key) {
   nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  const std::string key = runtime::kDroppedKey;
   for (const auto& [service, status] : s.diagnostics) {
     for (const auto& [name, value] : status.values) {
       if (name.starts_with(key))
@@ -167,7 +166,8 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment,
   json["guards"] = guards;
   json["lost_protections"] = client::lostProtections(robot, s.hal);
   json["unconfirmed"] = client::unconfirmedPositions(robot, s.hal, s.state);
-  json["dropped"] = droppedJson(s);
+  json["failed"] = detailsJson(s, runtime::kFailedKey);
+  json["dropped"] = detailsJson(s, runtime::kDroppedKey);
   json["diagnostics"] = diagnosticsJson(s);
   json["domain"] = deployment.domain;
   json["prefix"] = deployment.prefix;

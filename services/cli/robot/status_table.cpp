@@ -57,6 +57,10 @@ std::string warnings(const Json& json, bool colours) {
     if (!text(arm, "drive_fault").empty())
       warn(text(arm, "name") + ": drives: " + text(arm, "drive_fault"), kRed);
   }
+  for (const Json& devices : json["failed"]) {
+    for (const auto& [device, why] : devices.items())
+      warn(device + " failed: " + why.get<std::string>(), kRed);
+  }
   for (const Json& body : json["clearance"]) {
     if (body["distance_m"].get<double>() < 0.0)
       warn(fmt::format("{} and {} overlap by {:.3f} mm", text(body, "arm"), text(body, "other"),

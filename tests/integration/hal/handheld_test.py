@@ -32,6 +32,27 @@ class Handheld(system.SystemTest):
         axes = json.loads(system.run("can", "monitor", self.deployment, "--once", "--json").stdout)["axes"]
         return {axis["state"] for axis in axes} == {"unhomed"}
 
+    def test_a_drive_that_states_other_counts_does_not_move_and_the_reason_is_shown(self):
+        sheet = self.folder / "counts.eds"
+        numerator = b"[608fsub1]\nParameterName = Numerator\nObjectType = 0x7\nDataType = 7\nAccessType = rw\nDefaultValue = "
+        self.assertIn(numerator + b"4096", SHEET.read_bytes())
+        sheet.write_bytes(SHEET.read_bytes().replace(numerator + b"4096", numerator + b"2000"))
+        self.deployment.write_text(self.deployment.read_text().replace(str(SHEET), str(sheet)))
+        with system.System(self.deployment) as running:
+            reasons = system.until(lambda: running.status()["failed"].get("tandem-hal"), 60, "the drives are refused")
+            self.assertEqual(len(system.until(lambda: (lambda f: len(f) == 4 and f)(running.status()["failed"]["tandem-hal"]), 60,
+                                              "all four")), 4, reasons)
+            self.assertIn("the drive states 2000 counts per revolution of its motor", reasons["arm translation 1"])
+            self.assertIn("the hardware file says 4096: correct counts_per_revolution", reasons["arm translation 1"])
+            text = self.assert_ok(system.run("status", self.deployment)).stdout
+            self.assertIn("arm translation 1 failed: arm translation 1 (node 1): the drive states 2000", text)
+            self.assertIn("no answer", text)
+            self.assertNotIn("EMERGENCY STOP pressed", text)
+            for order in (["robot", "enable"], ["home"], ["jog", "arm", "beta_1", "5", "--for", "1"]):
+                answer = system.run(*order[:1], "-d", self.deployment, *order[1:], timeout=60)
+                self.assertEqual(answer.returncode, 1, f"{order}: {answer.stdout}{answer.stderr}")
+            self.assertNotIn("ENABLED", running.states())
+
     def test_the_sheet_makes_an_axis(self):
         imported = system.run("can", "import", SHEET, "--hardware", self.hardware, "--axis", "arm translation 1", "--json")
         self.assert_ok(imported)
