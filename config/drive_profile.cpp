@@ -117,6 +117,10 @@ std::vector<Field> modelFields() {
       flag("reports_following",
            "in modes csp and csv, bit 12 of the statusword is 1 while the drive follows the target",
            &AxisConfig::reports_following),
+      flag("checks_counts",
+           "a drive that states other counts per revolution of its motor (608F, 6091, 6092) than counts_per_revolution "
+           "is refused at boot; false: for drives that state something else there",
+           &AxisConfig::checks_counts),
       number("sdo_timeout", kTime, "longest time for an answer to an SDO request", &AxisConfig::sdo_timeout)
           .within(0.02, 10.0),
       text("watch", "how the HAL and the drive notice each other's end: 1016 and 1017, or 100C and 100D",

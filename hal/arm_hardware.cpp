@@ -100,15 +100,16 @@ safety::FaultRecord ArmHardware::presentFailure() const noexcept {
   }
   if ((needs_boot_ && !recovering_) || rebooting_)
     present.faults |= safety::bit(safety::Fault::kDrive);
-  return safety::withEmergencyStop(present, emergency_active_);
+  return safety::withEmergencyStop(present, emergency_active_, emergency_pressed_);
 }
 
 void ArmHardware::setEmergencyStop(bool pressed, bool lost, bool known) noexcept {
   emergency_lost_ = lost;
+  emergency_pressed_ = pressed;
   emergency_active_ = pressed || (lost && !(recovering_ && without_emergency_stop_));
   emergency_known_ = known;
   if (emergency_active_ && (supervisor_.faults() & safety::bit(safety::Fault::kStopRequested)) == 0)
-    supervisor_.latch(safety::kEmergencyStopRecord);
+    supervisor_.latch(pressed ? safety::kEmergencyStopRecord : presentFailure());
 }
 
 void ArmHardware::boot(std::int64_t now) noexcept {

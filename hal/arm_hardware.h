@@ -133,6 +133,7 @@ class ArmHardware {
   bool boot_due_ = false;  ///< rebooting_: the boot has not started yet
   bool emergency_active_ = false;
   bool emergency_known_ = true;
+  bool emergency_pressed_ = false;
   bool emergency_lost_ = false;
   bool without_emergency_stop_ = false;  ///< recovering_: the emergency stop was lost before
   std::array<GuardMask, safety::kMaxJointsPerArm> seen_{};

@@ -141,8 +141,12 @@ void Axis::rereference(double place, double position) noexcept {
 MeasurementAnswer Axis::takeMeasurement(double position) noexcept {
   if (config_.reference != PositionReference::kMeasured)
     return MeasurementAnswer::kOtherReference;
-  if (guards_ != 0 || !up() || !atStandstill())
-    return MeasurementAnswer::kNotReady;
+  if (!up())
+    return MeasurementAnswer::kNotUp;
+  if (guards_ != 0)
+    return MeasurementAnswer::kGuarded;
+  if (!atStandstill())
+    return MeasurementAnswer::kMoves;
   const double range = config_.upper - config_.lower;
   if (!(position >= config_.lower - range && position <= config_.upper + range))
     return MeasurementAnswer::kOutside;

@@ -30,7 +30,9 @@ using idl::name;
 enum class MeasurementAnswer : std::uint8_t {
   kTaken,           ///< the axis is ready once its drive has its software limits
   kNotDisabled,     ///< the arm has power, or is not DISABLED
-  kNotReady,        ///< the devices are not up, a guard is active, or the joint moves
+  kNotUp,           ///< drive or encoder are not up
+  kGuarded,         ///< a guard is active
+  kMoves,           ///< the joint moves
   kOtherReference,  ///< the reference of the axis is not PositionReference::kMeasured
   kOutside,         ///< farther outside the limits than they are apart
 };
@@ -78,6 +80,8 @@ class Axis {
   bool unresponsive() const noexcept {
     return phase_ == AxisPhase::kFailed || (guards_ & bit(HardwareGuard::kDriveSilent)) != 0;
   }
+  /// The first motion after the boot is over, and was as commanded (FirstMotion).
+  bool firstMotionConfirmed() const noexcept { return first_motion_.confirmed(); }
   /// Standstill by measurement.
   bool atStandstill() const noexcept { return motion_.atStandstill(); }
   /// The HAL moves or holds the joint.

@@ -126,6 +126,7 @@ struct AxisConfig {
   int pdo_objects = 8;  ///< most objects in one PDO of the drive
   /// Bits of the drive's digital inputs (60FD) that show its limit switches, in its own directions; -1: not read.
   int negative_switch = -1, positive_switch = -1;
+  bool checks_counts = true;      ///< a drive that states other counts (608F, 6091, 6092) than `gearing` is refused
   bool reports_following = true;  ///< bit 12 of the statusword is 1 while the drive follows the target (CSP, CSV)
   double lower = 0.0;             ///< software limits of the drive, m or rad
   double upper = 0.0;

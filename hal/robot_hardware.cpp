@@ -245,6 +245,7 @@ void RobotHardware::step(std::int64_t now) noexcept {
       reported.arm = static_cast<std::uint8_t>(a);
       reported.joint = static_cast<std::uint8_t>(j);
       reported.guards = began;
+      reported.first_motion = !arm.axis(j).firstMotionConfirmed();
       events_.push(reported);
     }
   }

@@ -16,11 +16,13 @@ using idl::EmergencyStop;
 inline constexpr FaultRecord kEmergencyStopRecord{bit(Fault::kStopRequested), FaultCause::kEmergencyStop};
 
 /// Faults whose cause is still present, with the emergency stop as the cause: the others probably follow from it.
-inline FaultRecord withEmergencyStop(const FaultRecord& present, bool active) noexcept {
+/// @param pressed  false: it cannot be read, and what failed there is the cause
+inline FaultRecord withEmergencyStop(const FaultRecord& present, bool active, bool pressed = true) noexcept {
   if (!active)
     return present;
-  FaultRecord record = kEmergencyStopRecord;
-  record.faults |= present.faults;
+  const bool other_cause = !pressed && present.cause != FaultCause::kUnspecified;
+  FaultRecord record = other_cause ? present : kEmergencyStopRecord;
+  record.faults |= present.faults | kEmergencyStopRecord.faults;
   return record;
 }
 

@@ -108,6 +108,12 @@ const std::uint64_t* Node::readValue(ObjectAddress object) const noexcept {
   return nullptr;
 }
 
+void Node::refuse(ObjectAddress object, std::uint64_t stated) noexcept {
+  const auto step = std::ranges::find(steps_, object, &SetupStep::object);
+  step_ = static_cast<int>(step - steps_.begin());
+  fail(NodeFailure::Reason::kMismatch, stated);
+}
+
 void Node::enter(NodePhase phase, std::int64_t now) noexcept {
   phase_ = phase;
   if (phase == NodePhase::kConfigured)
@@ -266,7 +272,8 @@ void Node::onAbort(SdoAbort abort, std::int64_t now) noexcept {
   const SetupStep& step = steps_[step_];
   const bool absent = isAbsence(abort);
   const bool informs = step.kind == SetupStep::Kind::kRead && step.optional;  // what it says is good to know, no more
-  const bool skipped = informs || (absent && step.optional) || ((absent || isRefusal(abort)) && step.protections != 0);
+  const bool skipped = informs || (absent && step.optional) ||
+                       ((absent || isRefusal(abort)) && (step.protections != 0 || step.dispensable));
   if (!skipped) {
     fail(NodeFailure::Reason::kAborted, 0, abort);
   } else if (informs || absent || reading_back_) {
@@ -315,7 +322,7 @@ void Node::judge(std::int64_t now) noexcept {
     beginTransfer(now);
   } else if (step.late) {
     nextStep();
-  } else if (refused_ != SdoAbort::kNone || (step.protections & lost_) != 0) {
+  } else if (refused_ != SdoAbort::kNone || (step.protections & lost_) != 0 || step.dispensable) {
     lose(refused_);
   } else {
     fail(NodeFailure::Reason::kMismatch, value);

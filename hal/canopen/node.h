@@ -119,6 +119,8 @@ class Node {
   std::uint32_t lostProtections() const noexcept { return lost_; }
   /// The caller has found that the node lacks these, too.
   void addLost(std::uint32_t protections) noexcept { lost_ |= protections; }
+  /// The caller cannot use a node that states this by an object of a step: kFailed, kMismatch.
+  void refuse(ObjectAddress object, std::uint64_t stated) noexcept;
   /// Result of the last kRead, kCheck or read-back of this object; nullptr: none.
   const std::uint64_t* readValue(ObjectAddress object) const noexcept;
 

@@ -27,6 +27,7 @@ struct SetupStep {
   std::uint64_t tolerance = 0;  ///< largest difference to `value`, as signed numbers, instead of equal bits
   std::string what;             ///< description: "quick stop option"
   bool optional = false;        ///< skipped if the node does not have the object
+  bool dispensable = false;     ///< of a write: skipped, too, if the object does not take the value
   bool late = false;            ///< of kAwait: the next step follows after its time-out, too
   /// Bits, defined by the caller, of what is lost without this step, which then is optional. It is also skipped if the
   /// object is read-only or refuses the value; nothing is lost if it has the value already.

@@ -80,9 +80,9 @@ void Cia402Driver::updateNodes(std::int64_t now) noexcept {
   for (const int index : {drive_, encoder_}) {
     if (index < 0)
       continue;
-    const NodePhase phase = network_.node(index).phase();
-    if (phase == NodePhase::kConfigured)
+    if (network_.node(index).phase() == NodePhase::kConfigured && !(index == drive_ && refusedForCounts()))
       network_.start(index, now);
+    const NodePhase phase = network_.node(index).phase();
     if (phase == NodePhase::kFailed)
       phase_ = DriverPhase::kFailed;
     all = all && phase == NodePhase::kOperational;
@@ -94,6 +94,16 @@ void Cia402Driver::updateNodes(std::int64_t now) noexcept {
     mode_.expect(config_.mode, shown != nullptr && *shown == static_cast<std::uint64_t>(config_.mode));
     emergency_ = encoder_emergency_ = false;  // those before the reset; a present error shows in the statusword
   }
+}
+
+/// Refuses a drive whose counts are others than those of the hardware file: every distance would be wrong.
+bool Cia402Driver::refusedForCounts() noexcept {
+  const StatedFactors factors = statedFactors(driveNode());
+  const auto counts = statedCounts(factors);
+  if (!config_.checks_counts || !counts || !differs(*counts, config_.gearing.counts_per_revolution))
+    return false;
+  driveNode().refuse(objects::kIncrements, static_cast<std::uint64_t>(std::llround(*counts)));
+  return true;
 }
 
 void Cia402Driver::readDrive() noexcept {
@@ -272,14 +282,45 @@ std::string Cia402Driver::describe(const DeviceFailure& failure, bool encoder) c
   const canopen::Node& node = nodeOf(encoder);
   const canopen::NodeFailure failed = nodeFailure(failure);
   std::string text = node.describe(failed);
-  if (failed.reason != canopen::NodeFailure::Reason::kAborted || failed.step < 0)
+  if (failed.step < 0)
     return text;
-  const ProtectionMask lost = node.steps()[static_cast<std::size_t>(failed.step)].protections & node.lostProtections();
+  const canopen::SetupStep& step = node.steps()[static_cast<std::size_t>(failed.step)];
+  if (failed.reason == canopen::NodeFailure::Reason::kMismatch) {
+    const std::string units = encoder ? "" : describeUnits(step.object, failed.value);
+    return units.empty() ? text : units;
+  }
+  const ProtectionMask lost = step.protections & node.lostProtections();
   if (lost != 0)
     text += "; without " + describeProtections(lost) +
             " the drive may go on when the HAL ends: change its setting, or `accept` this axis in the hardware file "
             "(docs/hardware.md)";
   return text;
+}
+
+/// "the drive states velocities in rpm (60A9), the hardware file says ..."; empty for an object without a unit.
+std::string Cia402Driver::describeUnits(const canopen::ObjectAddress& object, std::uint64_t stated) const {
+  const auto differ = [](const auto& found, const auto& words, const char* quantity, const char* key, RateUnit unit,
+                         double scale) {
+    const auto in = [&words](RateUnit of, double times) {
+      return std::string(words[static_cast<std::size_t>(of)]) + (times == 1.0 ? "" : " times " + shortest(times));
+    };
+    return std::string("the drive states ") + quantity + " in " + in(found->first, found->second) +
+           ", the hardware file says " + in(unit, scale) + ": set " + key + " and its _scale, or set up the drive";
+  };
+  const DriveUnits& units = config_.units;
+  if (object == objects::kIncrements)
+    return "the drive states " + std::to_string(stated) +
+           " counts per revolution of its motor (608F, 6091, 6092), the hardware file says " +
+           shortest(config_.gearing.counts_per_revolution) +
+           ": correct counts_per_revolution, or set up the drive (`sdo`); `checks_counts: false` is for a drive that "
+           "means something else by these objects";
+  const auto code = static_cast<std::uint32_t>(stated);
+  if (const auto found = unitOfVelocityCode(code); found && object == objects::kVelocityUnit)
+    return differ(found, kVelocityUnits, "velocities (60A9)", "velocity_unit", units.velocity, units.velocity_scale);
+  if (const auto found = unitOfAccelerationCode(code); found && object == objects::kAccelerationUnit)
+    return differ(found, kAccelerationUnits, "accelerations (60AA)", "acceleration_unit", units.acceleration,
+                  units.acceleration_scale);
+  return {};
 }
 
 /// "; the drive states 2000 counts per revolution ..., the hardware file says 4096" where they differ.

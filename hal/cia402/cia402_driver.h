@@ -64,6 +64,8 @@ class Cia402Driver final : public AxisDriver {
   static Progress progressOf(SdoJobs::Status status) noexcept { return static_cast<Progress>(status); }
   const canopen::Node& nodeOf(bool encoder) const noexcept;
   void updateNodes(std::int64_t now) noexcept;
+  bool refusedForCounts() noexcept;
+  std::string describeUnits(const canopen::ObjectAddress& object, std::uint64_t stated) const;
   void readDrive() noexcept;
   void readEncoder() noexcept;
   void stepJobs(std::int64_t now) noexcept;

@@ -37,6 +37,20 @@ SetupStep optional(SetupStep step) {
   return step;
 }
 
+/// A drive that keeps a value of its own here works as well.
+SetupStep dispensable(SetupStep step) {
+  step.dispensable = true;
+  return optional(std::move(step));
+}
+
+/// A speed or an acceleration, which drives round to their own units.
+SetupStep writeRate(canopen::ObjectAddress object, std::int64_t value, std::string what) {
+  constexpr std::uint64_t kShare = 100;
+  SetupStep step = canopen::write(object, value, 4, std::move(what));
+  step.tolerance = step.value / kShare;
+  return step;
+}
+
 /// A drive without this object works, but without this protection.
 SetupStep wanted(SetupStep step, Protection protection) {
   step.protections = bit(protection);
@@ -149,9 +163,9 @@ void appendWrites(std::vector<SetupStep>& steps, const std::vector<SdoWrite>& wr
 }
 
 void appendUnits(std::vector<SetupStep>& steps, const DriveUnits& units) {
-  steps.push_back(unitStep({0x60A9, 0}, velocityCode, units.velocity, units.velocity_scale,
+  steps.push_back(unitStep(objects::kVelocityUnit, velocityCode, units.velocity, units.velocity_scale,
                            "unit of velocities (velocity_unit of the hardware file)"));
-  steps.push_back(unitStep({0x60AA, 0}, accelerationCode, units.acceleration, units.acceleration_scale,
+  steps.push_back(unitStep(objects::kAccelerationUnit, accelerationCode, units.acceleration, units.acceleration_scale,
                            "unit of accelerations (acceleration_unit of the hardware file)"));
 }
 
@@ -181,13 +195,13 @@ void appendReactions(std::vector<SetupStep>& steps, const AxisConfig& axis) {
       wanted(canopen::write({0x605A, 0}, after_stop, 2,
                             axis.brake ? "quick stop option: ramp, then hold" : "quick stop option: ramp, then off"),
              kQuickStopRamp));
-  steps.push_back(optional(canopen::write({0x605B, 0}, 1, 2, "shutdown option: ramp")));
-  steps.push_back(optional(canopen::write({0x605C, 0}, 1, 2, "disable operation option: ramp")));
-  steps.push_back(optional(canopen::write({0x605D, 0}, 2, 2, "halt option: quick stop ramp")));
+  steps.push_back(dispensable(canopen::write({0x605B, 0}, 1, 2, "shutdown option: ramp")));
+  steps.push_back(dispensable(canopen::write({0x605C, 0}, 1, 2, "disable operation option: ramp")));
+  steps.push_back(dispensable(canopen::write({0x605D, 0}, 2, 2, "halt option: quick stop ramp")));
   steps.push_back(wanted(canopen::write({0x605E, 0}, 2, 2, "fault reaction option: quick stop ramp"), kFaultReaction));
   if (axis.mode != DriveMode::kProfileVelocity)
-    steps.push_back(optional(canopen::write({0x6084, 0}, deceleration, 4, "profile deceleration")));
-  steps.push_back(wanted(canopen::write({0x6085, 0}, deceleration, 4, "quick stop deceleration"), kQuickStopRamp));
+    steps.push_back(dispensable(writeRate({0x6084, 0}, deceleration, "profile deceleration")));
+  steps.push_back(wanted(writeRate({0x6085, 0}, deceleration, "quick stop deceleration"), kQuickStopRamp));
 }
 
 /// The HAL controls the output of the brake, and keeps the brake closed until the drive has torque.
@@ -208,11 +222,11 @@ void appendWindows(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   const double turns =
       static_cast<double>(units.toCountMagnitude(2.0 * axis.velocity)) / axis.gearing.counts_per_revolution;
   const auto rpm = static_cast<std::int64_t>(std::ceil(60.0 * turns));
-  steps.push_back(wanted(canopen::write({0x6080, 0}, rpm, 4, "maximum motor speed in rpm"), Protection::kSpeedLimit));
+  steps.push_back(wanted(writeRate({0x6080, 0}, rpm, "maximum motor speed in rpm"), Protection::kSpeedLimit));
   if (targetIsVelocity(axis.mode))
-    steps.push_back(wanted(
-        canopen::write({0x607F, 0}, magnitudes(axis).velocity(2.0 * axis.velocity), 4, "maximum profile velocity"),
-        Protection::kSpeedLimit));
+    steps.push_back(
+        wanted(writeRate({0x607F, 0}, magnitudes(axis).velocity(2.0 * axis.velocity), "maximum profile velocity"),
+               Protection::kSpeedLimit));
   // Written once the position is known.
   for (const canopen::ObjectAddress object : {objects::kLowerLimit, objects::kUpperLimit})
     steps.push_back(wanted(canopen::read(object, 4, "software limit"), Protection::kSoftwareLimits));
@@ -223,8 +237,8 @@ void appendProfile(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   const double steepest = std::isfinite(axis.slew_limit) ? std::max(axis.slew_limit, axis.quick_stop_deceleration)
                                                          : axis.quick_stop_deceleration;
   const std::int64_t ramp = magnitudes(axis).acceleration(kProfileReserve * steepest);
-  steps.push_back(canopen::write({0x6083, 0}, ramp, 4, "profile acceleration"));
-  steps.push_back(canopen::write({0x6084, 0}, ramp, 4, "profile deceleration"));
+  steps.push_back(writeRate({0x6083, 0}, ramp, "profile acceleration"));
+  steps.push_back(writeRate({0x6084, 0}, ramp, "profile deceleration"));
 }
 
 void appendHoming(std::vector<SetupStep>& steps, const AxisConfig& axis) {
@@ -232,9 +246,9 @@ void appendHoming(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   const HomingConfig& homing = axis.homing;
   steps.push_back(optional(canopen::write({0x607C, 0}, 0, 4, "home offset")));
   steps.push_back(canopen::write(objects::kHomingMethod, homing.method, 1, "homing method"));
-  steps.push_back(canopen::write({0x6099, 1}, units.velocity(homing.fast), 4, "homing speed to the switch"));
-  steps.push_back(canopen::write({0x6099, 2}, units.velocity(homing.slow), 4, "homing speed to the index"));
-  steps.push_back(canopen::write({0x609A, 0}, units.acceleration(homing.acceleration), 4, "homing acceleration"));
+  steps.push_back(writeRate({0x6099, 1}, units.velocity(homing.fast), "homing speed to the switch"));
+  steps.push_back(writeRate({0x6099, 2}, units.velocity(homing.slow), "homing speed to the index"));
+  steps.push_back(writeRate({0x609A, 0}, units.acceleration(homing.acceleration), "homing acceleration"));
 }
 
 /// Some drives show the mode only in operation enabled: then it is read there (ModeConfirmation).

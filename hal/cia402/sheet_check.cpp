@@ -41,7 +41,7 @@ class Judge {
     SheetFinding finding{step, Verdict::kFits, {}};
     const EdsObject* object = sheet_.find(step.object);
     if (object == nullptr) {
-      finding.verdict = step.protections != 0 ? Verdict::kLost : step.optional ? Verdict::kSkipped : Verdict::kRefused;
+      finding.verdict = step.optional || step.protections != 0 ? withoutIt(step) : Verdict::kRefused;
       finding.reason = "absent";
     } else if (step.writes()) {
       judgeWrite(*object, finding);
@@ -83,11 +83,11 @@ class Judge {
 
   /// The drive refuses the value: it is as good if it has this value already.
   void keepsItsValue(const EdsObject& object, const std::string& reason, SheetFinding& finding) const {
-    if (finding.step.protections == 0)
+    if (finding.step.protections == 0 && !finding.step.dispensable)
       return refuse(finding, reason);
     const bool same = readable(object.access) && sizeOf(object.type) == finding.step.size && object.has_value &&
                       finding.step.passes(bits(object));
-    finding.verdict = same ? Verdict::kFits : Verdict::kLost;
+    finding.verdict = same ? Verdict::kFits : withoutIt(finding.step);
     finding.reason = reason + (same ? ", with this value" : "");
   }
 
@@ -149,6 +149,7 @@ class Judge {
     return {};
   }
 
+  static Verdict withoutIt(const SetupStep& step) { return step.protections != 0 ? Verdict::kLost : Verdict::kSkipped; }
   static void refuse(SheetFinding& finding, const std::string& reason) {
     finding.verdict = Verdict::kRefused;
     finding.reason = reason;

@@ -58,6 +58,9 @@ void addOptions(CLI::App& app, Options& options) {
       ->check(CLI::Range(0.0, 60e3));
   app.add_flag("--late-mode-display", options.habits.late_mode_display,
                "the drives show a new mode of operation (6061) only in operation enabled");
+  app.add_option("--rounding", options.habits.rounding,
+                 "the drives keep speeds and accelerations as multiples of this, in their own units")
+      ->check(CLI::Range(std::int64_t{1}, std::int64_t{1'000'000}));
   app.add_option("--play", options.play, "free travel between each motor and its encoder, counts of the motor")
       ->check(CLI::Range(0.0, 1e6));
   app.add_option("--control", options.control, "socket that receives commands while the simulation runs");

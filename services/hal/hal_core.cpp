@@ -98,7 +98,7 @@ void HalCore::home(int arm, std::int64_t now, HalAnswer& answer) noexcept {
                     ": measure the joints named by tandem status, then tandem home --measured JOINT=POSITION");
     case hal::ArmHardware::HomingAnswer::kNotReady:
       return refuse(answer, dds::ReplyCode::kWrongState, name,
-                    ": a node is not operational, or a guard is active; see `tandem can monitor`");
+                    ": a drive has failed or a guard is active; see tandem status, then tandem robot disable");
   }
 }
 
@@ -111,9 +111,14 @@ void HalCore::takeMeasurement(int arm, HalAnswer& answer) noexcept {
       return;
     case hal::MeasurementAnswer::kNotDisabled:
       return refuse(answer, dds::ReplyCode::kWrongState, name, ": the arm has power or moves; disable it first");
-    case hal::MeasurementAnswer::kNotReady:
+    case hal::MeasurementAnswer::kNotUp:
       return refuse(answer, dds::ReplyCode::kWrongState, name,
-                    ": its node is not operational, a guard is active, or the joint moves; see `tandem can monitor`");
+                    ": its drive or encoder has not started; see tandem status, then tandem robot disable");
+    case hal::MeasurementAnswer::kGuarded:
+      return refuse(answer, dds::ReplyCode::kWrongState, name,
+                    ": a guard is active; see tandem status, then tandem robot disable");
+    case hal::MeasurementAnswer::kMoves:
+      return refuse(answer, dds::ReplyCode::kWrongState, name, ": the joint moves; measure it at standstill");
     case hal::MeasurementAnswer::kOtherReference:
       return refuse(answer, dds::ReplyCode::kMalformed, name,
                     ": the hardware file names another `reference`, expected `measured`");

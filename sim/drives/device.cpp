@@ -12,6 +12,11 @@ namespace error_code = hal::canopen::error_code;
 
 constexpr std::uint32_t kIdMask = 0x7FF;
 
+/// Speeds and accelerations of CiA 402.
+bool isRate(std::uint16_t index) noexcept {
+  return (index >= 0x607F && index <= 0x6085) || index == 0x6099 || index == 0x609A;
+}
+
 }  // namespace
 
 Device::Device(std::uint8_t id, const Eds& eds, const Eds& own, std::uint32_t serial)
@@ -359,7 +364,7 @@ SdoAbort Device::writeObject(ObjectAddress object, std::span<const std::uint8_t>
     code = accept(entry, value);
   if (code != SdoAbort::kNone)
     return code;
-  entry.value = value;
+  entry.value = isRate(object.index) ? value - value % habits_.rounding : value;
   if (PdoEngine::isParameter(object.index))
     pdos_.configure();
   if (object.index == 0x1016)

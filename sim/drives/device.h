@@ -47,6 +47,7 @@ struct Habits {
   AnswerForm answers = AnswerForm::kSized;
   std::int64_t answer_delay = 0;   ///< of each SDO answer, ns
   bool late_mode_display = false;  ///< of a drive: 6061 follows 6060 only in operation enabled
+  std::int64_t rounding = 1;       ///< of a drive: speeds and accelerations that are written become multiples of this
 };
 
 /** Simulated device. Time is that of the caller, ns. Frames to send accumulate in out(). */

@@ -26,8 +26,11 @@ inline constexpr canopen::ObjectAddress kLowerLimit{0x607D, 1};
 inline constexpr canopen::ObjectAddress kUpperLimit{0x607D, 2};
 inline constexpr canopen::ObjectAddress kOutputs{0x60FE, 1};
 inline constexpr canopen::ObjectAddress kOutputMask{0x60FE, 2};
+inline constexpr canopen::ObjectAddress kVelocityUnit{0x60A9, 0};
+inline constexpr canopen::ObjectAddress kAccelerationUnit{0x60AA, 0};
+inline constexpr canopen::ObjectAddress kIncrements{0x608F, 1};
 /// Factors of position, velocity and acceleration, numerators and divisors, in the order of StatedFactors.
-inline constexpr canopen::ObjectAddress kFactors[] = {{0x608F, 1}, {0x608F, 2}, {0x6091, 1}, {0x6091, 2}, {0x6092, 1},
+inline constexpr canopen::ObjectAddress kFactors[] = {kIncrements, {0x608F, 2}, {0x6091, 1}, {0x6091, 2}, {0x6092, 1},
                                                       {0x6092, 2}, {0x6096, 1}, {0x6096, 2}, {0x6097, 1}, {0x6097, 2}};
 inline constexpr canopen::ObjectAddress kMaxTorque{0x6072, 0};
 inline constexpr canopen::ObjectAddress kHomingMethod{0x6098, 0};

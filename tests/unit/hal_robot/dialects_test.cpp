@@ -115,22 +115,24 @@ std::vector<Dialect> dialects() {
   HardwareConfig slow = presetHardware();
   for (AxisConfig& axis : slow.axes)
     axis.sdo_timeout = 0.5;
-  return {{"ProfileVelocity", presetHardware(kProfileVelocity), {}},
-          {"RpmInPositionMode", inUnits(kCyclicPosition, kRpmUnits), rpm},
-          {"RpmInVelocityMode", inUnits(kCyclicVelocity, kRpmUnits), rpm},
-          {"RpmInProfileVelocity", inUnits(kProfileVelocity, kRpmUnits), rpm},
-          {"MilliRpmInProfileVelocity", inUnits(kProfileVelocity, kMilliRpmUnits), milli_rpm},
-          {"UnitsThatAreNotStated", inUnits(kProfileVelocity, kMilliRpmUnits), {}},
-          {"AnswersWithoutSize", presetHardware(), {sim::drives::driveEds(), {AnswerForm::kUnsized}}},
-          {"AnswersOfFourBytes", presetHardware(), {sim::drives::driveEds(), {AnswerForm::kFourBytes}}},
-          {"AModeThatShowsInOperation", presetHardware(), {sim::drives::driveEds(), {AnswerForm::kSized, 0, true}}},
-          {"SlowAnswers", slow, {sim::drives::driveEds(), {AnswerForm::kSized, 30 * kMillisecond}}},
-          {"NoBitForFollowing", silent, {}},
-          {"OneObjectPerPdo", withSingleObjects(kCyclicPosition, false), takingOneObject()},
-          {"OneObjectPerPdoWithTorque", withSingleObjects(kCyclicVelocity, true), takingOneObject()},
-          {"OneObjectPerPdoInProfileVelocity", withSingleObjects(kProfileVelocity, true), takingOneObject()},
-          {"NoSoftwareLimits", presetHardware(), without({0x607D})},
-          {"NoSpeedLimitAndNoModes", presetHardware(), without({0x6080, 0x6502})}};
+  return {
+      {"ProfileVelocity", presetHardware(kProfileVelocity), {}},
+      {"RpmInPositionMode", inUnits(kCyclicPosition, kRpmUnits), rpm},
+      {"RpmInVelocityMode", inUnits(kCyclicVelocity, kRpmUnits), rpm},
+      {"RpmInProfileVelocity", inUnits(kProfileVelocity, kRpmUnits), rpm},
+      {"MilliRpmInProfileVelocity", inUnits(kProfileVelocity, kMilliRpmUnits), milli_rpm},
+      {"UnitsThatAreNotStated", inUnits(kProfileVelocity, kMilliRpmUnits), {}},
+      {"AnswersWithoutSize", presetHardware(), {sim::drives::driveEds(), {AnswerForm::kUnsized}}},
+      {"AnswersOfFourBytes", presetHardware(), {sim::drives::driveEds(), {AnswerForm::kFourBytes}}},
+      {"AModeThatShowsInOperation", presetHardware(), {sim::drives::driveEds(), {AnswerForm::kSized, 0, true}}},
+      {"SlowAnswers", slow, {sim::drives::driveEds(), {AnswerForm::kSized, 30 * kMillisecond}}},
+      {"RoundedRates", presetHardware(kProfileVelocity), {sim::drives::driveEds(), {AnswerForm::kSized, 0, false, 7}}},
+      {"NoBitForFollowing", silent, {}},
+      {"OneObjectPerPdo", withSingleObjects(kCyclicPosition, false), takingOneObject()},
+      {"OneObjectPerPdoWithTorque", withSingleObjects(kCyclicVelocity, true), takingOneObject()},
+      {"OneObjectPerPdoInProfileVelocity", withSingleObjects(kProfileVelocity, true), takingOneObject()},
+      {"NoSoftwareLimits", presetHardware(), without({0x607D})},
+      {"NoSpeedLimitAndNoModes", presetHardware(), without({0x6080, 0x6502})}};
 }
 
 class EachDialect : public testing::TestWithParam<Dialect> {};
@@ -181,13 +183,61 @@ TEST(Dialects, EachPdoOfTheFeedbackCounts) {
   }
 }
 
+/// What the HAL says of the failed drive of an axis.
+std::string failureOf(const Axis& axis) {
+  return axis.driver().describe(deviceFailure(driveNode(axis).failure()), false);
+}
+
+/// Without an encoder nothing else can tell that every distance is wrong.
+TEST(Dialects, ADriveThatStatesOtherCountsIsRefused) {
+  HardwareConfig hardware = presetHardware();
+  const double counts = hardware.axes[0].gearing.counts_per_revolution;
+  const auto states = [](double value) {
+    return stating({{{0x608F, 1}, std::llround(value)}, {{0x6092, 1}, std::llround(value)}});
+  };
+  for (const double factor : {0.5, 0.9, 1.1, 4.0}) {
+    System system(hardware, 0.0, states(factor * counts));
+    EXPECT_FALSE(system.boot()) << factor;
+    const std::string text = failureOf(system.robot->arm(0).axis(0));
+    EXPECT_EQ(text.find("the drive states " + std::to_string(std::llround(factor * counts)) + " counts"), 0u) << text;
+    EXPECT_NE(text.find("correct counts_per_revolution"), std::string::npos) << text;
+    system.request(DriveRequest::kEnable);
+    system.run(1.0);
+    EXPECT_TRUE(system.robot->off());
+  }
+  System same(hardware, 0.0, states(counts));
+  EXPECT_TRUE(same.boot()) << same.story();
+  for (AxisConfig& axis : hardware.axes)
+    axis.checks_counts = false;
+  System ignored(hardware, 0.0, states(2.0 * counts));
+  EXPECT_TRUE(ignored.boot()) << ignored.story();
+  EXPECT_NE(ignored.robot->arm(0).axis(0).driver().remarks(), "");
+}
+
+/// Objects that no protection rests on: a drive that keeps values of its own there works as well.
+TEST(Dialects, ADriveThatRefusesADispensableValueBoots) {
+  Eds eds = sim::drives::driveEds();
+  int limited = 0;
+  for (EdsObject& object : eds.objects) {
+    const int index = object.address.index;
+    if (index == 0x6084 || (index >= 0x605B && index <= 0x605D)) {
+      object.low = object.high = object.value = 5;
+      ++limited;
+    }
+  }
+  ASSERT_EQ(limited, 4);
+  System system(presetHardware(), 0.0, eds);
+  expectMovesAndStops(system);
+  EXPECT_EQ(system.robot->arm(0).axis(0).driver().lostProtections(), 0u);
+}
+
 /// A wrong unit is a wrong speed: the drive's own statement counts.
 TEST(Dialects, ADriveThatStatesAnotherUnitIsRefused) {
   System system(presetHardware(), 0.0, stating({{{0x60A9, 0}, kRpm}}));
   EXPECT_FALSE(system.boot());
-  EXPECT_EQ(driveNode(system.robot->arm(0).axis(0)).describeFailure(),
-            "node 1 (arm_a translation 1): unit of velocities (velocity_unit of the hardware file) 60A9:00: found "
-            "11814656 (0xB44700), expected 11862784 (0xB50300)");
+  EXPECT_EQ(failureOf(system.robot->arm(0).axis(0)),
+            "the drive states velocities (60A9) in rpm, the hardware file says counts_per_s: set velocity_unit and its "
+            "_scale, or set up the drive");
   system.request(DriveRequest::kEnable);
   system.run(1.0);
   EXPECT_TRUE(system.robot->off());
@@ -322,8 +372,11 @@ TEST(WritesOfTheFile, AreReadBackWithTheirTolerance) {
 }
 
 TEST(StatedFactors, AreReadWhereADriveHasThem) {
-  const auto stated = [](const DriveKind& kind) {
-    System system(presetHardware(), 0.0, kind);
+  HardwareConfig hardware = presetHardware();
+  for (AxisConfig& axis : hardware.axes)
+    axis.checks_counts = false;
+  const auto stated = [&](const DriveKind& kind) {
+    System system(hardware, 0.0, kind);
     EXPECT_TRUE(system.boot());
     return statedFactors(driveNode(system.robot->arm(0).axis(0)));
   };

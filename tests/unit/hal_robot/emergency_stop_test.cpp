@@ -125,6 +125,7 @@ TEST(EmergencyStop, LostInputStopsAllArms) {
   ASSERT_TRUE(system.inject(0, FaultKind::kOff, 1));
   ASSERT_TRUE(system.until(0.3, [&] { return system.all(OperatingState::kFault); })) << system.story();
   EXPECT_EQ(system.robot->faultRecord(1).cause, FaultCause::kEmergencyStop);
+  EXPECT_EQ(system.robot->faultRecord(0).cause, FaultCause::kNoAnswer) << "nobody has pressed it";
   EXPECT_EQ(system.robot->emergencyStop(), EmergencyStop::kNotRead);
   // When the drive returns, so does the signal: the boot requested by `disable` restores both.
   system.hold();

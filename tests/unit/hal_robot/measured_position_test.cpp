@@ -112,7 +112,7 @@ TEST(MeasuredPosition, IsRefusedWhereItCannotBeTaken) {
     system.drive(0, 0).motor().turn(20e-6 / system.scale(0));
     system.run(0.004);
     if (i > 20) {
-      EXPECT_EQ(system.measure(0), MeasurementAnswer::kNotReady);
+      EXPECT_EQ(system.measure(0), MeasurementAnswer::kMoves);
     }
   }
   EXPECT_EQ(system.robot->arm(0).axis(0).guards(), 0u);
@@ -124,7 +124,18 @@ TEST(MeasuredPosition, IsRefusedWhereItCannotBeTaken) {
   const int node = axis.node;
   ASSERT_TRUE(system.inject(0, FaultKind::kOff, node, 0.0, 0.5));
   system.run(1.0);
-  EXPECT_NE(system.measure(0), MeasurementAnswer::kTaken);
+  EXPECT_EQ(system.measure(0), MeasurementAnswer::kNotDisabled);
+}
+
+TEST(MeasuredPosition, OfADriveThatIsNotReadyIsRefusedWithItsReason) {
+  Measured system;
+  ASSERT_TRUE(system.inject(0, FaultKind::kEncoderAlarm, system.config.axes[0].node));
+  system.run(0.1);
+  EXPECT_EQ(system.robot->state(0), OperatingState::kDisabled);
+  EXPECT_EQ(system.measure(0), MeasurementAnswer::kGuarded) << system.story();
+  ASSERT_TRUE(system.measure(1) == MeasurementAnswer::kTaken) << "of another joint: " << system.story();
+  system.robot->start(system.now);
+  EXPECT_EQ(system.measure(0), MeasurementAnswer::kNotUp) << "it boots";
 }
 
 TEST(MeasuredPosition, EndsWithTheDrivesAndAMistakeCanBeCorrected) {
