@@ -138,6 +138,8 @@ DriveSpec driveOf(const hal::AxisConfig& axis) {
   spec.acceleration_unit = units.countsPerAccelerationNumber();
   spec.id = static_cast<std::uint8_t>(axis.node);
   spec.serial = axis.identity.serial != 0 ? axis.identity.serial : kSerialBase + spec.id;
+  spec.temperature = {axis.temperature_index, axis.temperature_sub};
+  spec.temperature_scale = axis.temperature_scale;
   spec.motor.max_velocity = std::max(1.0, 2.0 * std::abs(units.toCountSpeed(axis.velocity)));
   spec.motor.max_acceleration =
       std::max(spec.motor.max_acceleration, 4.0 * std::abs(units.toCountSpeed(axis.quick_stop_deceleration)));

@@ -62,10 +62,10 @@ Drive::Drive(const DriveSpec& spec, const Eds& eds)
       load_actual_(dictionary().require(0x60E4, spec.load_input)),
       torque_(dictionary().require(0x6077)),
       current_(dictionary().require(0x6078)),
-      temperature_(dictionary().require(0x2001)),
-      temperature_limit_(dictionary().require(0x2002)),
       inputs_(dictionary().require(0x60FD)),
-      max_torque_(dictionary().require(0x6072)) {
+      max_torque_(dictionary().require(0x6072)),
+      temperature_(spec.temperature.index == 0 ? dictionary().own({0x2001, 0}) : dictionary().find(spec.temperature)),
+      temperature_limit_(dictionary().own({0x2002, 0})) {
   for (const std::uint16_t index :
        {0x6007, 0x605A, 0x605B, 0x605C, 0x605D, 0x605E, 0x6065, 0x6066, 0x6067, 0x6068, 0x607C, 0x607F,
         0x6080, 0x6081, 0x6083, 0x6084, 0x6085, 0x6098, 0x609A, 0x60B0, 0x60B1, 0x60C5, 0x6502})
@@ -291,9 +291,13 @@ void Drive::fail(std::uint16_t code, ErrorBit bit) noexcept {
   brakeTo(accelerationOf(option == 1 ? 0x6084 : 0x6085), DriveState::kFault, false);
 }
 
+double Drive::temperatureLimit() const noexcept {
+  constexpr double kOfOthers = 110.0;
+  return temperature_limit_ == nullptr ? kOfOthers : static_cast<double>(temperature_limit_->value);
+}
+
 bool Drive::causePersists() const noexcept {
-  return sensor.alarm || motor_.faults.over_current ||
-         motor_.temperature() > static_cast<double>(temperature_limit_.value);
+  return sensor.alarm || motor_.faults.over_current || motor_.temperature() > temperatureLimit();
 }
 
 void Drive::resetFault() noexcept {
@@ -375,7 +379,7 @@ void Drive::monitor(double dt) noexcept {
     fail(error_code::kEncoder, ErrorBit::kProfile);
   if (motor_.faults.over_current && moves())
     fail(error_code::kOverCurrent, ErrorBit::kCurrent);
-  if (motor_.temperature() > static_cast<double>(temperature_limit_.value))
+  if (motor_.temperature() > temperatureLimit())
     fail(error_code::kDriveTemperature, ErrorBit::kTemperature);
   if (state_ != DriveState::kEnabled)
     return;

@@ -49,8 +49,10 @@ struct DriveSpec {
   double velocity_unit = 0.0, acceleration_unit = 0.0;
   Habits habits;
   std::optional<BrakeSpec> brake;
-  LoadSpec load;                ///< of a further encoder, at the joint, that the drive reads
-  std::uint8_t load_input = 1;  ///< sub-index of 60E4 that shows it
+  LoadSpec load;                   ///< of a further encoder, at the joint, that the drive reads
+  std::uint8_t load_input = 1;     ///< sub-index of 60E4 that shows it
+  ObjectAddress temperature;       ///< number that shows the temperature; index 0: 2001 of the built-in drive
+  double temperature_scale = 1.0;  ///< degrees Celsius per unit of that object
   Switches switches;
   MotorParameters motor;
 };
@@ -136,7 +138,8 @@ class Drive final : public Device {
   void fail(std::uint16_t code, ErrorBit bit) noexcept;
   void resetFault() noexcept;
   bool causePersists() const noexcept;
-  bool moves() const noexcept;  ///< the power stage is on
+  double temperatureLimit() const noexcept;  ///< degrees Celsius
+  bool moves() const noexcept;               ///< the power stage is on
   void brakeTo(double deceleration, DriveState then, bool stay) noexcept;
   void moveBrake(double dt) noexcept;
   void monitor(double dt) noexcept;
@@ -172,7 +175,8 @@ class Drive final : public Device {
   std::mt19937 random_;
   Entry &controlword_, &statusword_, &error_code_, &mode_, &mode_display_;
   Entry &target_, &actual_, &demand_value_, &velocity_actual_, &following_;
-  Entry &load_actual_, &torque_, &current_, &temperature_, &temperature_limit_, &inputs_, &max_torque_;
+  Entry &load_actual_, &torque_, &current_, &inputs_, &max_torque_;
+  Entry *temperature_, *temperature_limit_;  ///< nullptr: not in the objects
   DriveState state_ = DriveState::kNotReady;
   DriveRecord record_;
   double zero_ = 0.0;  ///< zero of the drive's coordinates minus that of the motor's

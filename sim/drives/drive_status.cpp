@@ -33,7 +33,8 @@ void Drive::refresh() noexcept {
   following_.value = round32(demand_ - position());
   torque_.value = std::clamp<std::int64_t>(std::llround(motor_.torque()), -32768, 32767);
   current_.value = std::clamp<std::int64_t>(std::llround(motor_.current()), -32768, 32767);
-  temperature_.value = std::llround(motor_.temperature());
+  if (temperature_ != nullptr && temperature_->size() > 0)
+    temperature_->value = std::llround(motor_.temperature() / spec_.temperature_scale);
   inputs_.value = (spec_.switches.negativeAt(motor_.position()) ? 1 : 0) |
                   (spec_.switches.positiveAt(motor_.position()) ? 2 : 0) |
                   (spec_.switches.homeAt(motor_.position()) ? 4 : 0) | (emergency_stop ? 0 : 1 << kEmergencyInput);
@@ -45,7 +46,7 @@ std::uint16_t Drive::statusword() const noexcept {
   std::uint16_t word = kStates[static_cast<std::size_t>(state_)];
   word |= 0x0200;                            // remote
   word |= emergency_stop ? 0x4000 : 0x0010;  // STO, voltage enabled
-  const double margin = static_cast<double>(temperature_limit_.value) - motor_.temperature();
+  const double margin = temperatureLimit() - motor_.temperature();
   if (margin < 15.0)
     word |= 0x0080;
   if (limited_)

@@ -20,6 +20,19 @@ EdsObject startsWith(EdsObject object, const EdsObject* other) {
   return object;
 }
 
+/// CiA 301: what these objects mean is the manufacturer's choice.
+bool ofManufacturer(const EdsObject& object) noexcept {
+  return object.address.index >= 0x2000 && object.address.index < 0x6000;
+}
+
+bool sameProduct(const Eds& a, const Eds& b) noexcept {
+  const auto number = [](const Eds& eds, std::uint8_t sub) {
+    const EdsObject* object = eds.find({0x1018, sub});
+    return object == nullptr ? 0 : object->value;
+  };
+  return number(a, 1) == number(b, 1) && number(a, 2) == number(b, 2);
+}
+
 }  // namespace
 
 std::int64_t Entry::decode(std::uint64_t raw) const noexcept {
@@ -29,11 +42,14 @@ std::int64_t Entry::decode(std::uint64_t raw) const noexcept {
                                            : static_cast<std::int64_t>(hal::canopen::lowBits(raw, bits()));
 }
 
-ObjectDictionary::ObjectDictionary(const Eds& eds, const Eds& own, std::uint8_t node) : node_(node) {
+ObjectDictionary::ObjectDictionary(const Eds& eds, const Eds& own, std::uint8_t node)
+    : node_(node), own_product_(sameProduct(eds, own)) {
+  const auto has_meaning = [&](const EdsObject& object) { return own_product_ || !ofManufacturer(object); };
   for (const EdsObject& object : eds.objects)
-    entries_.push_back({startsWith(object, own.find(object.address)), 0, object.text, false});
+    entries_.push_back(
+        {startsWith(object, has_meaning(object) ? own.find(object.address) : nullptr), 0, object.text, false});
   for (const EdsObject& object : own.objects) {
-    if (eds.find(object.address) == nullptr)
+    if (has_meaning(object) && eds.find(object.address) == nullptr)
       entries_.push_back({object, 0, object.text, true});
   }
   std::ranges::sort(entries_, {}, addressOf);

@@ -33,7 +33,8 @@ struct Entry {
 class ObjectDictionary {
  public:
   /** @param own  the built-in data sheet of this kind of device: objects that `eds` lacks are hidden ones of the
-   * simulation, and those without a value start with the built-in one. */
+   * simulation, and those without a value start with the built-in one. Objects of the manufacturer (2000 to 5FFF) have
+   * the built-in meaning only if `eds` describes the same product (1018:01, 1018:02). */
   ObjectDictionary(const Eds& eds, const Eds& own, std::uint8_t node);
 
   Entry* find(ObjectAddress address) noexcept;
@@ -41,6 +42,8 @@ class ObjectDictionary {
   /// The same without hidden objects.
   const Entry* visible(ObjectAddress address) const noexcept;
   bool hasIndex(std::uint16_t index) const noexcept;  ///< a visible one
+  /// An object of the manufacturer with its built-in meaning, also a hidden one; nullptr: it is another product.
+  Entry* own(ObjectAddress address) noexcept { return own_product_ ? find(address) : nullptr; }
   /// Also a hidden object. @throw std::invalid_argument if there is none, or it is a string.
   Entry& require(std::uint16_t index, std::uint8_t sub = 0);
   /// Sets all objects with first <= index <= last to their defaults.
@@ -59,6 +62,7 @@ class ObjectDictionary {
  private:
   std::vector<Entry> entries_;  // sorted by address
   std::uint8_t node_;
+  bool own_product_ = false;
 };
 
 }  // namespace tandem::sim::drives

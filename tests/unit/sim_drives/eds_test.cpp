@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "sim/drives/drive.h"
 #include "sim/drives/object_dictionary.h"
 
 namespace tandem::sim::drives {
@@ -63,6 +64,54 @@ TEST(ObjectDictionary, StartsWithBuiltInValuesWhereAFileHasNone) {
   EXPECT_EQ(dictionary.require(0x6085).value, 0) << "the built-in value is outside the limits";
   EXPECT_EQ(dictionary.checkRead({0x6007, 0}), SdoAbort::kNoObject);
   EXPECT_NO_THROW(dictionary.require(0x6007)) << "hidden";
+}
+
+/// A sheet of another product: 2001 and 2002 are a set-up of its own, far below any temperature.
+Eds ofAnotherMaker() {
+  Eds eds = driveEds();
+  const auto entry = [&](std::uint16_t index, std::uint8_t sub = 0) -> EdsObject& {
+    return *std::ranges::find(eds.objects, ObjectAddress{index, sub}, &EdsObject::address);
+  };
+  entry(0x1018, 1).value = 0x147;
+  entry(0x2001).value = 7;
+  entry(0x2002).value = -3;
+  entry(0x2002).low.reset();
+  return eds;
+}
+
+/// Powered on and past its boot.
+DriveState stateAfterBoot(Drive& drive) {
+  drive.powerOn(0);
+  for (int ms = 1; ms <= 100; ++ms)
+    drive.advance(std::int64_t{ms} * 1'000'000, 1e-3);
+  drive.receive(hal::canopen::sdo::uploadRequest(hal::canopen::cob::kSdoRequest + drive.id(), {0x2001, 0}),
+                100'000'000);  // refreshes the objects
+  return drive.state();
+}
+
+TEST(ObjectDictionary, KeepsObjectsOfOtherManufacturersAsData) {
+  const Eds eds = ofAnotherMaker();
+  DriveSpec spec;
+  Drive drive(spec, eds);
+  EXPECT_EQ(stateAfterBoot(drive), DriveState::kSwitchOnDisabled) << name(drive.state());
+  EXPECT_EQ(drive.dictionary().require(0x2001).value, 7);
+  EXPECT_EQ(drive.dictionary().require(0x2002).value, -3);
+  // The built-in object is none of theirs, not even a hidden one.
+  Eds without = eds;
+  std::erase_if(without.objects, [](const EdsObject& object) { return object.address.index == 0x2001; });
+  EXPECT_EQ(ObjectDictionary(without, driveEds(), 5).find({0x2001, 0}), nullptr);
+  Drive bare(spec, without);
+  EXPECT_EQ(stateAfterBoot(bare), DriveState::kSwitchOnDisabled);
+}
+
+TEST(ObjectDictionary, ShowsTheTemperatureWhereAProfileNamesIt) {
+  DriveSpec spec;
+  spec.temperature = {0x2001, 0};
+  spec.temperature_scale = 0.1;
+  Drive drive(spec, ofAnotherMaker());
+  EXPECT_EQ(stateAfterBoot(drive), DriveState::kSwitchOnDisabled);
+  EXPECT_EQ(drive.dictionary().require(0x2001).value, std::llround(10.0 * drive.motor().temperature()));
+  EXPECT_EQ(drive.dictionary().require(0x2002).value, -3);
 }
 
 }  // namespace
