@@ -6,6 +6,7 @@
 #include <map>
 
 #include "hal/canopen/detail/eds_object.h"
+#include "hal/canopen/detail/eds_pdo.h"
 
 namespace tandem::hal::canopen {
 namespace {
@@ -43,6 +44,11 @@ class EdsReader {
         warn(sections.first().line, "[" + sections.first().name + "] is in none of the lists of objects");
       readIndex(index, sections);
     }
+    for (const std::uint16_t index : short_pdos_) {
+      const auto found = indices_.find(index);
+      if (found == indices_.end() || !found->second.describesObjects())
+        addShortPdo(index, found == indices_.end() ? IndexSections{} : found->second, pdo_entries_, compact_line_);
+    }
     if (!has_lists_)
       warn(1, "found no list of objects (MandatoryObjects, OptionalObjects, ManufacturerObjects)");
     if (eds_.objects.empty())
@@ -62,17 +68,49 @@ class EdsReader {
       eds_.vendor = number("vendornumber");
       eds_.product_code = number("productnumber");
       eds_.revision = number("revisionnumber");
-      if (const IniValue* vendor = device->find("vendorname"))
+      if (const IniValue* vendor = device->find("vendornumber"))
+        eds_.vendor_line = vendor->line;
+      if (const IniValue* vendor = device->find("vendorname")) {
         eds_.vendor_name = vendor->text;
-      if (const IniValue* product = device->find("productname"))
+        eds_.vendor_name_line = vendor->line;
+      }
+      if (const IniValue* product = device->find("productname")) {
         eds_.product = product->text;
-      if (const auto compact = number("compactpdo"); compact.value_or(0) != 0)
-        warn(device->find("compactpdo")->line, "CompactPDO: PDOs without a section of their own are left out");
+        eds_.product_line = product->line;
+      }
+      readCompactPdos(*device);
     }
     // CiA 306 spells it with one m.
     for (const char* spelling : {"devicecomissioning", "devicecommissioning"}) {
       if (const IniSection* commissioning = ini_.find(spelling))
         readCommissioning(*commissioning);
+    }
+  }
+
+  void readCompactPdos(const IniSection& device) {
+    const auto number = [&](const char* key) { return objects_.number<std::uint32_t>(device, key).value_or(0); };
+    compact_pdo_ = number("compactpdo");
+    if (compact_pdo_ == 0)
+      return;
+    // Bits of the smallest object that can be mapped: a PDO has 64.
+    if (const std::uint32_t granularity = number("granularity"); granularity >= 1 && granularity <= 64)
+      pdo_entries_ = static_cast<int>(64 / granularity);
+    const std::uint32_t most = 0x200;
+    for (std::uint32_t k = 0; k < std::min(number("nrofrxpdo"), most); ++k)
+      short_pdos_.insert({static_cast<std::uint16_t>(0x1400 + k), static_cast<std::uint16_t>(0x1600 + k)});
+    for (std::uint32_t k = 0; k < std::min(number("nroftxpdo"), most); ++k)
+      short_pdos_.insert({static_cast<std::uint16_t>(0x1800 + k), static_cast<std::uint16_t>(0x1A00 + k)});
+    compact_line_ = device.find("compactpdo")->line;
+  }
+
+  /// A PDO parameter without sub-indices in the file; those that it has, and the values of a DCF, replace CiA 301's.
+  void addShortPdo(std::uint16_t index, const IndexSections& sections, int entries, std::size_t line) {
+    for (EdsObject& object : pdoParameter(index, compact_pdo_, entries, line)) {
+      const std::string sub = std::to_string(object.address.sub);
+      if (const IniValue* value = sections.values == nullptr ? nullptr : sections.values->find(sub))
+        objects_.readValue(*value, object);
+      if (sections.subs.count(object.address.sub) == 0)
+        add(std::move(object));
     }
   }
 
@@ -140,7 +178,7 @@ class EdsReader {
     } else if (const auto number = static_cast<std::uint16_t>(*index); !listed_.insert(number).second) {
       warn(value.line, "object " + value.text + " is listed twice");
     } else if (const auto sections = indices_.find(number);
-               sections == indices_.end() || !sections->second.describesObjects()) {
+               short_pdos_.count(number) == 0 && (sections == indices_.end() || !sections->second.describesObjects())) {
       warn(value.line, "object " + value.text + " is listed and has no section: it is left out");
     }
   }
@@ -159,7 +197,12 @@ class EdsReader {
         sections.main == nullptr ? std::nullopt : objects_.number<std::uint32_t>(*sections.main, "compactsubobj");
     for (const auto& [sub, section] : sections.subs)
       add(objects_.read(*section, {index, sub}));
-    if (compact.value_or(0) > 0) {
+    const bool has_subs = !sections.subs.empty() && sections.subs.rbegin()->first > 0;
+    const bool typed = sections.main != nullptr && sections.main->find("datatype") != nullptr;
+    if (isPdoParameter(index) && !has_subs && !typed && (compact.value_or(0) > 0 || compact_pdo_ != 0)) {
+      const auto entries = static_cast<int>(std::min<std::uint32_t>(compact.value_or(0), 64));
+      addShortPdo(index, sections, entries > 0 ? entries : pdo_entries_, first.line);
+    } else if (compact.value_or(0) > 0) {
       readCompact(index, sections, *compact);
     } else if (!sections.subs.empty()) {
       checkSubs(sections, type);
@@ -229,6 +272,10 @@ class EdsReader {
   std::map<std::uint16_t, IndexSections> indices_;
   std::set<std::uint16_t> listed_;
   bool has_lists_ = false;
+  std::uint32_t compact_pdo_ = 0;  ///< sub-indices of PDOs that the file states in short, by CompactPDO
+  std::size_t compact_line_ = 0;
+  int pdo_entries_ = 8;                 ///< of their mapping
+  std::set<std::uint16_t> short_pdos_;  ///< their indices
 };
 
 }  // namespace

@@ -85,6 +85,8 @@ struct Eds {
   std::optional<std::uint32_t> vendor;  ///< numbers of [DeviceInfo]; in a node: object 1018
   std::optional<std::uint32_t> product_code;
   std::optional<std::uint32_t> revision;
+  /// Lines of VendorName, ProductName and VendorNumber; 0: the file has none.
+  std::size_t vendor_name_line = 0, product_line = 0, vendor_line = 0;
   std::optional<int> node;         ///< of a DCF
   std::vector<EdsObject> objects;  ///< sorted by address
   std::vector<FileWarning> warnings;

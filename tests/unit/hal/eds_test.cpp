@@ -9,6 +9,7 @@
 #include <bit>
 #include <random>
 #include <sstream>
+#include <tuple>
 
 namespace tandem::hal::canopen {
 namespace {
@@ -196,6 +197,65 @@ TEST(Eds, AddsTheNodeIdInEitherOrderAndCase) {
     EXPECT_EQ(word.valueAt(5), 0x205) << text;
   }
   EXPECT_EQ(object(parseObject("7", "AccessType=rw\nDefaultValue=$NODEID\n")).valueAt(7), 7);
+}
+
+/// [DeviceInfo] alone states the PDOs (CiA 306-1, CompactPDO), for random numbers and sub-indices of them.
+TEST(Eds, ExpandsCompactPdo) {
+  std::mt19937 random(20261127);
+  for (int k = 0; k < 200; ++k) {
+    const unsigned mask = 1 + random() % 63, receive = random() % 10, transmit = random() % 10;
+    const unsigned granularity = 1u << random() % 7;
+    SCOPED_TRACE("run " + std::to_string(k) + ", mask " + std::to_string(mask));
+    const std::string text = "[DeviceInfo]\nProductName=X\nCompactPDO=" + std::to_string(mask) +
+                             "\nNrOfRXPDO=" + std::to_string(receive) + "\nNrOfTXPDO=" + std::to_string(transmit) +
+                             "\nGranularity=" + std::to_string(granularity) + "\n" +
+                             kHead.substr(kHead.find("[Mandatory"));
+    const Eds eds = parse(text + kObject);
+    EXPECT_EQ(all(eds), "");
+    for (unsigned pdo = 0; pdo < 12; ++pdo) {
+      for (const auto& [base, id, count] :
+           {std::tuple{0x1400u, 0x200u, receive}, std::tuple{0x1800u, 0x180u, transmit}}) {
+        const auto index = static_cast<std::uint16_t>(base + pdo), mapping = static_cast<std::uint16_t>(index + 0x200);
+        ASSERT_EQ(eds.hasIndex(index), pdo < count);
+        ASSERT_EQ(eds.hasIndex(mapping), pdo < count);
+        if (pdo >= count)
+          continue;
+        for (std::uint8_t sub = 1; sub <= 7; ++sub)
+          EXPECT_EQ(eds.find({index, sub}) != nullptr, (mask >> (sub - 1) & 1) != 0) << int{sub};
+        EXPECT_EQ(object(eds, {index, 0}).value, static_cast<std::int64_t>(std::bit_width(mask)));
+        if ((mask & 1) != 0) {
+          EXPECT_EQ(object(eds, {index, 1}).valueAt(5), pdo < 4 ? id + 0x100 * pdo + 5 : 0x80000000u);
+        }
+        if ((mask & 16) != 0) {
+          EXPECT_EQ(object(eds, {index, 5}).type, DataType::kUnsigned16);
+        }
+        EXPECT_EQ(object(eds, {mapping, 0}).high, 64 / granularity);
+        EXPECT_EQ(object(eds, {mapping, static_cast<std::uint8_t>(64 / granularity)}).type, DataType::kUnsigned32);
+        EXPECT_EQ(eds.find({mapping, static_cast<std::uint8_t>(64 / granularity + 1)}), nullptr);
+      }
+    }
+  }
+}
+
+/// Sections of a PDO, in part or in short, go before CompactPDO.
+TEST(Eds, KeepsWhatSectionsOfAPdoSay) {
+  const std::string text = "[DeviceInfo]\nProductName=X\nCompactPDO=0x13\nNrOfRXPDO=2\nNrOfTXPDO=1\n" +
+                           kHead.substr(kHead.find("[Mandatory"));
+  const Eds eds = parse(text + kObject +
+                        "[1400]\nParameterName=R\nObjectType=9\nSubNumber=2\n"
+                        "[1400sub0]\nParameterName=N\nDataType=5\nAccessType=ro\nDefaultValue=1\n"
+                        "[1400sub1]\nParameterName=Id\nDataType=7\nAccessType=rw\nDefaultValue=0x321\n"
+                        "[1401]\nParameterName=R\nObjectType=9\nSubNumber=1\n"
+                        "[1401Value]\nNrOfEntries=1\n2=1\n"
+                        "[1600]\nParameterName=M\nObjectType=9\nSubNumber=3\nCompactSubObj=2\n");
+  EXPECT_EQ(object(eds, {0x1400, 1}).value, 0x321);
+  EXPECT_EQ(eds.find({0x1400, 2}), nullptr) << "its sections are complete";
+  EXPECT_EQ(object(eds, {0x1401, 2}).value, 1) << "value of a DCF";
+  EXPECT_EQ(object(eds, {0x1401, 1}).valueAt(3), 0x303);
+  EXPECT_EQ(object(eds, {0x1600, 2}).type, DataType::kUnsigned32) << "without DataType: that of CiA 301";
+  EXPECT_EQ(eds.find({0x1600, 3}), nullptr);
+  EXPECT_TRUE(eds.hasIndex(0x1A00));
+  EXPECT_EQ(all(eds).find("DOMAIN"), std::string::npos) << all(eds);
 }
 
 TEST(Eds, ExpandsCompactSubObj) {
