@@ -98,6 +98,22 @@ const Mapping& modelTable() {
   return table;
 }
 
+const Mapping& vendorHomingTable() {
+  static const Mapping table{
+      "vendor_homing",
+      "A homing method (object 0x6098) with a number of the manufacturer's: a run against a mechanical stop, which the "
+      "drive finds by its current or torque.",
+      {
+          integer("method", "number of the method", &VendorHoming::method).required().within(-128, -1),
+          text("stop", "direction of the drive in which the stop is", {{"negative", false}, {"positive", true}},
+               &VendorHoming::positive)
+              .required(),
+          flag("index", "ends at the first index pulse behind the stop", &VendorHoming::index),
+          text("source", "manual, page or object that says so", &VendorHoming::source).required(),
+      }};
+  return table;
+}
+
 const Mapping& factTable() {
   static const Mapping table{
       "fact",
@@ -194,6 +210,22 @@ const Mapping& driveTable() {
                &DriveProfile::lacks)
               .list(0, hal::kProtectionCount)
               .required(),
+          text("vendor", "number of the maker, object 0x1018:1: `tandem can import` compares a data sheet with it",
+               &DriveProfile::vendor)
+              .orInteger()
+              .matching("^(0x[0-9A-Fa-f]{1,8}|[0-9]{1,10})$", "a number below 2^32, decimal or 0x...")
+              .defaultNote("of any"),
+          text("makers", "words of which VendorName of a data sheet has one, in capitals or not", &DriveProfile::makers)
+              .list(1, 8)
+              .defaultNote("of any"),
+          text("products", "words of which ProductName of a data sheet has one", &DriveProfile::products)
+              .list(1, 8)
+              .defaultNote("any"),
+          mapping("homing_methods", vendorHomingTable(),
+                  "methods with negative numbers that a hardware file may use: all others are refused",
+                  &DriveProfile::homing_methods)
+              .list(1, 32)
+              .defaultNote("none"),
           mapping("drive", modelTable(), "its keys").required(),
           mapping("facts", factTable(), "facts that the profile is based on", &DriveProfile::facts)
               .list(1, 32)
@@ -211,6 +243,8 @@ DriveProfile profileOf(const Map& map) {
   AxisConfig axis;
   model.read(axis);
   profile.units = axis.units;
+  profile.states_velocity_unit = model.has("velocity_unit");
+  profile.states_acceleration_unit = model.has("acceleration_unit");
   profile.sdo = readSdo(model);
   return profile;
 }
@@ -276,7 +310,7 @@ std::string triedWith(const std::filesystem::path& folder) {
   return rows + "\n" + facts;
 }
 
-bool completeDrives(const Map& hardware, const std::filesystem::path& file, ProfileLosses& losses) {
+bool completeDrives(const Map& hardware, const std::filesystem::path& file, FactsOfProfiles& facts) {
   bool completed = false;
   for (const char* list : {"translations", "rotations"}) {
     for (const Map& group : hardware.maps(list)) {
@@ -288,9 +322,10 @@ bool completeDrives(const Map& hardware, const std::filesystem::path& file, Prof
       const Map map = document.check(driveTable());
       const DriveProfile profile = profileOf(map);
       drive.indexAmong("mode", profile.modes, join(profile.modes, " or ") + ": " + profile.model + " has no other");
-      hal::ProtectionMask& lost = losses[drive.text("profile")];
+      ProfileFacts& known = facts[drive.text("profile")];
       for (const hal::Protection protection : profile.lacks)
-        lost |= hal::bit(protection);
+        known.lacks |= hal::bit(protection);
+      known.homing_methods = profile.homing_methods;
       group.complete("drive", map.map("drive"));
       completed = true;
     }
@@ -298,9 +333,9 @@ bool completeDrives(const Map& hardware, const std::filesystem::path& file, Prof
   return completed;
 }
 
-Map checkHardware(Document& document, const std::filesystem::path& file, ProfileLosses& losses) {
+Map checkHardware(Document& document, const std::filesystem::path& file, FactsOfProfiles& facts) {
   const Map map = document.check(hardwareTable());
-  return completeDrives(map, file, losses) ? document.check(hardwareTable()) : map;
+  return completeDrives(map, file, facts) ? document.check(hardwareTable()) : map;
 }
 
 }  // namespace tandem::config

@@ -29,15 +29,16 @@ struct Group {
   std::optional<hal::EncoderConfig> encoder;
 };
 
-Group readGroup(const Map& map, bool translation, const ProfileLosses& losses) {
+Group readGroup(const Map& map, bool translation, const FactsOfProfiles& facts) {
   const Map drive = map.map("drive");
   Group group;
   AxisConfig& axis = group.axis;
   axis.translation = translation;
   axis.gearing.travel_per_revolution = kTurn;
   drive.read(axis);
-  if (drive.has("profile"))
-    axis.foretold = losses.at(drive.text("profile"));
+  const ProfileFacts* profile = drive.has("profile") ? &facts.at(drive.text("profile")) : nullptr;
+  if (profile != nullptr)
+    axis.foretold = profile->lacks;
   if (!drive.has("slew_limit"))
     axis.slew_limit = axis.velocity / hal::kSlewTime;
   if (!drive.has("first_motion"))
@@ -48,7 +49,7 @@ Group readGroup(const Map& map, bool translation, const ProfileLosses& losses) {
                "leave a switch whose side is not known");
   axis.torque = readTorqueLimit(drive);
   axis.sdo = readSdo(drive);
-  readReference(drive, axis);
+  readReference(drive, profile == nullptr ? std::vector<VendorHoming>{} : profile->homing_methods, axis);
   readObject(drive, "temperature_object", axis.temperature_index, axis.temperature_sub);
   if (map.has("encoder")) {
     group.encoder.emplace().gearing.travel_per_revolution = kTurn;
@@ -225,8 +226,8 @@ void readCutLimits(const Map& map, const Robot& robot, hal::HardwareConfig& hard
 
 hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heartbeat_budget, bool refuse_overload) {
   Document document(file.string(), readFile(file));
-  ProfileLosses losses;
-  const Map map = checkHardware(document, file, losses);
+  FactsOfProfiles facts;
+  const Map map = checkHardware(document, file, facts);
   map.expectDistinct("buses", "name");
   map.expectDistinct("buses", "interface");
   auto hardware = map.read<hal::HardwareConfig>();
@@ -246,7 +247,7 @@ hal::HardwareConfig loadHardware(const std::filesystem::path& file, double heart
   AxisReader reader(robot, hardware.buses);
   for (const bool translation : {true, false}) {
     map.each(translation ? "translations" : "rotations", [&](const Map& entry) {
-      const Group group = readGroup(entry, translation, losses);
+      const Group group = readGroup(entry, translation, facts);
       entry.each("axes", [&](const Map& axis) { reader.read(axis, group); });
     });
   }

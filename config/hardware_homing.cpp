@@ -69,11 +69,30 @@ void checkCarriages(const Map& map, const hal::ArmConfig& arm, const std::vector
 
 namespace {
 
-void checkHomingRun(const Map& map, const AxisConfig& axis) {
+/// What the drive does with a method of its manufacturer: neither the HAL nor tandem-drive-sim can guess it.
+void readVendorMethod(const Map& map, const std::vector<VendorHoming>& methods, hal::HomingConfig& homing) {
+  std::string known;
+  for (const VendorHoming& one : methods) {
+    if (one.method == homing.method) {
+      homing.stop = one.positive ? 1 : -1;
+      homing.stop_index = one.index;
+      return;
+    }
+    known += (known.empty() ? "" : ", ") + std::to_string(one.method);
+  }
+  map.fail("method", "found " + std::to_string(homing.method) +
+                         ", a number of the manufacturer, expected one that the `profile` of the drive names in "
+                         "`homing_methods`: " +
+                         (known.empty() ? "it names none" : known));
+}
+
+void checkHomingRun(const Map& map, const std::vector<VendorHoming>& methods, AxisConfig& axis) {
+  if (axis.homing.method < 0)
+    readVendorMethod(map, methods, axis.homing);
   if (hal::isReservedHomingMethod(axis.homing.method))
     map.fail("method", "found " + std::to_string(axis.homing.method) +
                            ", which CiA 402-2 reserves, expected 1 to 14, 17 to 30, 33, 34, 35 or 37, or a negative "
-                           "number of the manufacturer");
+                           "number of the manufacturer that the `profile` of the drive names");
   for (const char* key : {"fast", "slow"}) {
     if (const double speed = map.number(key); speed > axis.velocity)
       map.fail(
@@ -99,7 +118,7 @@ void readHardStop(const Map& map, AxisConfig& axis) {
 
 }  // namespace
 
-void readReference(const Map& drive, AxisConfig& axis) {
+void readReference(const Map& drive, const std::vector<VendorHoming>& methods, AxisConfig& axis) {
   constexpr std::uint16_t kTorqueActual = 0x6077;
   const std::pair<const char*, PositionReference> runs[] = {{"homing", PositionReference::kHoming},
                                                             {"hard_stop", PositionReference::kHardStop}};
@@ -111,7 +130,7 @@ void readReference(const Map& drive, AxisConfig& axis) {
       drive.fail(name, "found a homing run, expected `reference: " + name + "` together with it");
   }
   if (drive.has("homing"))
-    checkHomingRun(drive.map("homing"), axis);
+    checkHomingRun(drive.map("homing"), methods, axis);
   if (hasStop(axis))
     readHardStop(drive.map("hard_stop"), axis);
   if (hasStop(axis) && axis.torque.object != 0 && axis.torque.object != kTorqueActual)

@@ -21,7 +21,9 @@ Mapping homingMapping(JointKind kind) {
           integer(
               "method",
               "homing method of CiA 402-2, object 0x6098: 17 and 18 limit switch, 19 to 30 home switch, 1 to 14 the "
-              "same with index pulse, 33 and 34 index pulse, 37 present position; negative: of the manufacturer",
+              "same with index pulse, 33 and 34 index pulse, 37 present position; negative: of the manufacturer, if "
+              "the "
+              "profile of the drive names it",
               &H::method)
               .required()
               .within(-128, 127),

@@ -59,8 +59,8 @@ class Listing {
 std::string valuesOfFile(const std::filesystem::path& file, const std::string& under) {
   Document document(file.string(), readFile(file));
   const std::string kind = document.kind();
-  ProfileLosses losses;
-  return valuesOf(kind == "hardware" ? checkHardware(document, file, losses) : document.check(tableOf(kind)), under);
+  FactsOfProfiles facts;
+  return valuesOf(kind == "hardware" ? checkHardware(document, file, facts) : document.check(tableOf(kind)), under);
 }
 
 std::map<std::string, std::string> byKey(const std::string& values) {

@@ -82,6 +82,10 @@ struct HomingConfig {
   double position = 0.0;      ///< of the joint at the end of the run, m or rad
   int order = 0;              ///< axes with the same number run together, smaller numbers first
   double budget = 60.0;       ///< s
+  /// Of a method of the manufacturer: direction of the drive in which its mechanical stop is, -1 or 1; 0: other
+  /// methods.
+  int stop = 0;
+  bool stop_index = false;  ///< it ends at the first index pulse behind that stop
 };
 
 /** An absolute encoder at the joint: of the profile CiA 406 beside a drive, or read by the drive itself. */

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "config/detail/yaml_reader.h"
+#include "config/drive_profile.h"
 #include "hal/drives/protections.h"
 #include "hal/drives/sdo_write.h"
 
@@ -22,14 +23,19 @@ Field sdoField(const std::string& description);
 /// Reads `sdo` of a mapping. @throw Error for an object that a hardware file may not write, or a value beyond its type.
 std::vector<hal::SdoWrite> readSdo(const Map& map);
 
-/// Protections that profiles lack, by the texts with which a hardware file names them.
-using ProfileLosses = std::map<std::string, hal::ProtectionMask>;
+/** What the axes of a hardware file take from a profile beside keys of `drive`. */
+struct ProfileFacts {
+  hal::ProtectionMask lacks = 0;
+  std::vector<VendorHoming> homing_methods;
+};
+/// By the texts with which a hardware file names the profiles.
+using FactsOfProfiles = std::map<std::string, ProfileFacts>;
 
 /// Completes each `drive` of a checked hardware file by the profile that it names: keys that it has not, and the
 /// profile's `sdo` before its own. @return false if no drive names one @throw Error for a profile that is not found,
 /// or of the profile's own file.
-bool completeDrives(const Map& hardware, const std::filesystem::path& file, ProfileLosses& losses);
+bool completeDrives(const Map& hardware, const std::filesystem::path& file, FactsOfProfiles& facts);
 /// Checks a hardware file and completes its drives. @throw Error as both do.
-Map checkHardware(Document& document, const std::filesystem::path& file, ProfileLosses& losses);
+Map checkHardware(Document& document, const std::filesystem::path& file, FactsOfProfiles& facts);
 
 }  // namespace tandem::config

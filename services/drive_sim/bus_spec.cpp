@@ -71,7 +71,7 @@ void apply(const std::vector<std::string>& parts, const Setters& setters) {
 }
 
 /// Starts in the middle of the range, with switches and index pulse where the homing run of the axis ends at its home
-/// position. Other methods, of manufacturers, have nothing to find.
+/// position.
 void placeReferences(const hal::AxisConfig& axis, const hal::AxisUnits& units, DriveSpec& spec) {
   using sim::drives::HomingMethod;
   using Switch = HomingMethod::Switch;
@@ -88,6 +88,14 @@ void placeReferences(const hal::AxisConfig& axis, const hal::AxisUnits& units, D
     (axis.hard_stop.positive != units.reversed() ? spec.motor.high : spec.motor.low) = home;
     spec.switches.at_ends = false;
     spec.motor.end_stiffness = kStiffness;
+    return;
+  }
+  if (axis.homing.stop != 0) {
+    spec.stop_number = axis.homing.method;
+    spec.stop_method = HomingMethod::toStop(axis.homing.stop, axis.homing.stop_index);
+    const double stop = home + (axis.homing.stop_index ? kBefore * axis.homing.stop * revolution : 0.0);
+    (axis.homing.stop > 0 ? spec.motor.high : spec.motor.low) = stop;
+    spec.switches.at_ends = false;
     return;
   }
   const std::optional<HomingMethod> method = HomingMethod::ofNumber(axis.homing.method);

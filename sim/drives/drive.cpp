@@ -140,7 +140,7 @@ SdoAbort Drive::accept(const Entry& entry, std::int64_t value) const noexcept {
     return known ? SdoAbort::kNone : SdoAbort::kValueRange;
   }
   if (index == 0x6098)
-    return supportsHoming(value) ? SdoAbort::kNone : SdoAbort::kValueRange;
+    return homingMethod(value) ? SdoAbort::kNone : SdoAbort::kValueRange;
   if (index == 0x605A && value == 4)
     return SdoAbort::kValueRange;
   // Parameters of stops and limits cannot change while the motor moves.
@@ -167,7 +167,8 @@ void Drive::onControlword(std::uint16_t word) noexcept {
     if ((word & kStartBit) == 0 && !next_target_)
       acknowledged_ = false;
   } else if (mode() == kHomingMode && (rising & kStartBit) != 0) {
-    search_.start(dictionary().require(0x6098).value, spec_.switches, motor_.position(), countsPerRevolution());
+    search_.start(homingMethod(dictionary().require(0x6098).value), spec_.switches, motor_.position(),
+                  countsPerRevolution());
     homing_stall_ = 0.0;
     homed_ = false;
   }

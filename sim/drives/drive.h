@@ -54,6 +54,8 @@ struct DriveSpec {
   ObjectAddress temperature;       ///< number that shows the temperature; index 0: 2001 of the built-in drive
   double temperature_scale = 1.0;  ///< degrees Celsius per unit of that object
   Switches switches;
+  std::int64_t stop_number = 0;  ///< homing method (6098) of the manufacturer that searches a mechanical stop; 0: none
+  HomingMethod stop_method;      ///< what it does
   MotorParameters motor;
 };
 
@@ -161,7 +163,7 @@ class Drive final : public Device {
   void takeSetPoint() noexcept;
   void homing(double dt) noexcept;
   void homed() noexcept;
-  bool supportsHoming(std::int64_t method) const noexcept;
+  std::optional<HomingMethod> homingMethod(std::int64_t number) const noexcept;
   double countsPerRevolution() noexcept;
   void approach(double velocity, double acceleration, double dt) noexcept;
   void takeTarget() noexcept;

@@ -199,16 +199,16 @@ double Drive::countsPerRevolution() noexcept {
 }
 
 /// Of those that the simulation knows, the ones that the data sheet lists (60E3); all of them if it lists none.
-bool Drive::supportsHoming(std::int64_t method) const noexcept {
-  if (!HomingMethod::ofNumber(method))
-    return false;
+std::optional<HomingMethod> Drive::homingMethod(std::int64_t number) const noexcept {
+  const bool to_stop = spec_.stop_number != 0 && number == spec_.stop_number;
+  const std::optional<HomingMethod> method = to_stop ? spec_.stop_method : HomingMethod::ofNumber(number);
   bool listed = false;
   for (std::uint8_t sub = 1; const Entry* entry = dictionary().find({0x60E3, sub}); ++sub) {
-    if (entry->value == method)
-      return true;
+    if (entry->value == number)
+      return method;
     listed = true;
   }
-  return !listed;
+  return listed ? std::nullopt : method;
 }
 
 void Drive::homing(double dt) noexcept {
@@ -227,7 +227,7 @@ void Drive::homing(double dt) noexcept {
     search_.step(motor_.position(), homing_stall_ > kStall);
     if (search_.direction() != direction && (motor_.atLowEnd() || motor_.atHighEnd())) {
       demand_ = position();
-      demand_velocity_ = 0.0;
+      demand_velocity_ = homing_stall_ = 0.0;
     }
   }
   if (search_.state() == HomingSearch::State::kDone && !homed_)

@@ -44,6 +44,14 @@ std::optional<HomingMethod> HomingMethod::ofNumber(std::int64_t number) noexcept
   return std::nullopt;
 }
 
+HomingMethod HomingMethod::toStop(int direction, bool index) noexcept {
+  HomingMethod method;
+  method.search = direction;
+  method.index = index;
+  method.stop = true;
+  return method;
+}
+
 bool HomingSearch::active(double position) const noexcept {
   switch (method_.of) {
     case Switch::kNegative:
@@ -94,24 +102,32 @@ void HomingSearch::go(Leg leg) noexcept {
       direction_ = -method_.edge;
       slow_ = true;
       break;
+    case Leg::kStop:
+      direction_ = method_.search;
+      slow_ = false;
+      break;
     case Leg::kIndex:
       slow_ = true;
       break;
   }
 }
 
-void HomingSearch::start(std::int64_t method, const Switches& switches, double position, double revolution) noexcept {
-  const std::optional<HomingMethod> known = HomingMethod::ofNumber(method);
-  method_ = known.value_or(HomingMethod{});
+void HomingSearch::start(const std::optional<HomingMethod>& method,
+                         const Switches& switches,
+                         double position,
+                         double revolution) noexcept {
+  method_ = method.value_or(HomingMethod{});
   switches_ = switches;
   revolution_ = revolution;
   last_ = position;
   turned_ = false;
-  state_ = known && fitted() ? State::kRunning : State::kError;
+  state_ = method && fitted() ? State::kRunning : State::kError;
   if (state_ == State::kError)
     return;
   if (method_.of != Switch::kNone) {
     go(active(position) ? Leg::kLeave : Leg::kSearch);
+  } else if (method_.stop) {
+    go(Leg::kStop);
   } else if (method_.index) {
     direction_ = method_.search;
     go(Leg::kIndex);
@@ -147,6 +163,11 @@ void HomingSearch::step(double position, bool blocked) noexcept {
   const double before = last_;
   last_ = position;
   const bool forward = (position - before) * direction_ > 0.0;
+  if (blocked && leg_ == Leg::kStop) {
+    direction_ = -direction_;
+    findEdge();
+    return;
+  }
   if (blocked) {
     // A limit switch at the mechanical end turns the search round before the motor counts as blocked.
     state_ = State::kError;
@@ -165,6 +186,10 @@ void HomingSearch::step(double position, bool blocked) noexcept {
       if (forward && !active(before) && active(position))
         findEdge();
       else if (forward && atOtherLimit(position))
+        state_ = State::kError;
+      return;
+    case Leg::kStop:
+      if (forward && atOtherLimit(position))
         state_ = State::kError;
       return;
     case Leg::kIndex: {

@@ -24,7 +24,8 @@ struct Switches {
   bool hasHome() const noexcept { return home_from < home_to; }
 };
 
-/** A homing method: the reference is an edge of a switch, an index pulse, or the present position. */
+/** A homing method: the reference is an edge of a switch, a mechanical stop, an index pulse, or the present position.
+ */
 struct HomingMethod {
   enum class Switch : std::uint8_t { kNone, kNegative, kPositive, kHome };
   Switch of = Switch::kNone;
@@ -32,10 +33,13 @@ struct HomingMethod {
   bool rising = false;  ///< the reference is where the switch becomes active; else where it becomes inactive
   int search = 0;       ///< first direction while the switch is inactive; without a switch: towards the index pulse
   bool turns = false;   ///< turns around at the limit switch of that direction
-  bool index = false;   ///< ends at the first index pulse after the edge
+  bool index = false;   ///< ends at the first index pulse after the edge or stop
+  bool stop = false;    ///< searches a mechanical stop in the direction `search`, without a switch
 
   /// Methods 1 to 14, 17 to 30, 33 to 35 and 37; nothing for the others.
   static std::optional<HomingMethod> ofNumber(std::int64_t number) noexcept;
+  /// Against the mechanical stop in this direction, -1 or 1. Manufacturers give such methods negative numbers.
+  static HomingMethod toStop(int direction, bool index) noexcept;
 };
 
 /** One search. Nothing allocates or throws. */
@@ -45,17 +49,21 @@ class HomingSearch {
 
   State state() const noexcept { return state_; }
   void reset() noexcept { state_ = State::kIdle; }
-  /// @param revolution  distance of two index pulses, counts. An error at once: an unknown method, or one whose switch
-  /// is not fitted.
-  void start(std::int64_t method, const Switches& switches, double position, double revolution) noexcept;
-  /// The motor has moved to this position. @param blocked  it stands, although it should move: an error.
+  /// @param method  nothing: an unknown one. @param revolution  distance of two index pulses, counts. An error at once:
+  /// an unknown method, or one whose switch is not fitted.
+  void start(const std::optional<HomingMethod>& method,
+             const Switches& switches,
+             double position,
+             double revolution) noexcept;
+  /// The motor has moved to this position. @param blocked  it stands, although it should move: the mechanical stop that
+  /// is searched, or an error.
   void step(double position, bool blocked) noexcept;
   int direction() const noexcept { return direction_; }
   /// The speed is that for the edge (6099:2); else that for the switch (6099:1).
   bool slow() const noexcept { return slow_; }
 
  private:
-  enum class Leg : std::uint8_t { kSearch, kLeave, kEnter, kIndex };
+  enum class Leg : std::uint8_t { kSearch, kLeave, kEnter, kStop, kIndex };
   void go(Leg leg) noexcept;
   void search(double position) noexcept;
   bool active(double position) const noexcept;

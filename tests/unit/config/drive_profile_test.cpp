@@ -189,5 +189,49 @@ TEST(DriveProfile, TheTableOfTheDocumentationIsMadeOfThem) {
       << "run `ninja -C build/release config-reference`";
 }
 
+/// The hardware of withProfile() with this homing method, whose carriages end at their stops.
+std::string withMethod(int method) {
+  std::string text = replaced(withProfile(), "reference: absolute_encoder",
+                              "reference: homing\n      homing: {method: " + std::to_string(method) +
+                                  ", fast_mm_per_s: 4, slow_mm_per_s: 1, acceleration_mm_per_s2: 50}");
+  const std::string homes[] = {"-400", "-300", "-190"};
+  for (const std::string bus : {"bus_a", "bus_b"}) {
+    for (int tube = 1; tube <= 3; ++tube) {
+      const std::string key = "tube: " + std::to_string(tube) + ", bus: " + bus + ", node: " + std::to_string(tube);
+      text = replaced(text, key + ",", key + ", home_position_mm: " + homes[tube - 1] + ",");
+    }
+  }
+  return text;
+}
+
+TEST(DriveProfile, NamesTheHomingMethodsOfTheManufacturer) {
+  const std::string profile = replaced(kProfile, "drive:\n",
+                                       "vendor: 0x147\nmakers: [Faulhaber]\nhoming_methods:\n"
+                                       "  - {method: -2, stop: positive, index: true, source: page 1}\n"
+                                       "  - {method: -3, stop: negative, source: page 2}\ndrive:\n");
+  const hal::HomingConfig negative = Lab(withMethod(-3), profile).load().axes[0].homing;
+  EXPECT_EQ(negative.method, -3);
+  EXPECT_EQ(negative.stop, -1);
+  EXPECT_FALSE(negative.stop_index);
+  const hal::HomingConfig positive = Lab(withMethod(-2), profile).load().axes[0].homing;
+  EXPECT_EQ(positive.stop, 1);
+  EXPECT_TRUE(positive.stop_index);
+  EXPECT_EQ(Lab(withMethod(17), profile).load().axes[0].homing.stop, 0);
+  const auto refusal = [](int method, const std::string& of) {
+    try {
+      Lab(withMethod(method), of).load();
+    } catch (const Error& error) {
+      EXPECT_EQ(error.key(), "translations[0].drive.homing.method");
+      return std::string(error.what());
+    }
+    return std::string("accepted");
+  };
+  EXPECT_NE(refusal(-4, profile).find("names in `homing_methods`: -2, -3"), std::string::npos) << refusal(-4, profile);
+  EXPECT_NE(refusal(-3, kProfile).find("it names none"), std::string::npos) << refusal(-3, kProfile);
+  const DriveProfile loaded = loadDriveProfile(Lab(withProfile(), profile).profile());
+  EXPECT_EQ(loaded.vendor, 0x147u);
+  EXPECT_EQ(loaded.makers, std::vector<std::string>{"Faulhaber"});
+}
+
 }  // namespace
 }  // namespace tandem::config::test

@@ -54,6 +54,33 @@ TEST(Homing, CarriagesKeepEquationOneOnTheWay) {
   ASSERT_TRUE(system.enable()) << system.story();
 }
 
+/// Methods of a manufacturer, as a profile describes them: the simulated drives run them, the HAL knows only their number.
+TEST(Homing, OfTheManufacturerEndsAtTheMechanicalStop) {
+  for (const bool index : {false, true}) {
+    SCOPED_TRACE(index);
+    HardwareConfig hardware = homingHardware();
+    for (AxisConfig& axis : hardware.axes) {
+      if (axis.reference != PositionReference::kHoming)
+        continue;
+      axis.homing.method = index ? -2 : -4;
+      axis.homing.stop = -1;
+      axis.homing.stop_index = index;
+    }
+    System system(hardware);
+    system.boot();
+    ArmHardware::HomingAnswer answer = system.robot->home(0, system.now);
+    EXPECT_EQ(answer, ArmHardware::HomingAnswer::kRunning);
+    for (int i = 0; i < 2000 && answer == ArmHardware::HomingAnswer::kRunning; ++i) {
+      system.run(0.1);
+      answer = system.robot->home(0, system.now);
+    }
+    ASSERT_EQ(answer, ArmHardware::HomingAnswer::kDone) << system.story();
+    for (int j = 0; j < 3; ++j)
+      EXPECT_NEAR(system.robot->position(0)[j], carriage(system, j), 0.5e-3);
+    ASSERT_TRUE(system.enable()) << system.story();
+  }
+}
+
 TEST(Homing, EndsWithoutRepeatedRequests) {
   System system(homingHardware());
   system.boot();

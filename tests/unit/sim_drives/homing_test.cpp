@@ -40,7 +40,8 @@ const std::map<int, Expected> kExpected{
 /** One drive in homing mode, with switches. */
 struct Bench {
   Bench(int method, double start, const Switches& switches, double low = kLow, double high = kHigh)
-      : rig(spec(start, switches, low, high)) {
+      : Bench(method, spec(start, switches, low, high)) {}
+  Bench(int method, const BusSpec& bus) : rig(bus) {
     auto setup = test::driveSetup(1, 6);
     setup.steps.push_back(hal::canopen::write({0x6098, 0}, method, 1, "method"));
     setup.steps.push_back(hal::canopen::write({0x6099, 1}, std::llround(kFast), 4, "fast"));
@@ -236,6 +237,38 @@ TEST(HomingMethods, FailAtAMechanicalEndWithoutItsSwitch) {
     Bench bench(method, 0.0, switches, -1500.0, 1500.0);
     EXPECT_FALSE(bench.home());
     EXPECT_TRUE(bench.failed());
+  }
+}
+
+/// Numbers of a manufacturer, as a profile describes them: the reference is a stop, or the first index pulse behind it.
+TEST(HomingMethods, OfAManufacturerEndAtTheMechanicalStop) {
+  for (std::uint32_t seed = test::baseSeed(); seed < test::baseSeed() + 4; ++seed) {
+    test::Random random(seed);
+    for (const int direction : {-1, 1}) {
+      for (const bool index : {false, true}) {
+        SCOPED_TRACE(test::trace(seed) + ", direction " + std::to_string(direction) + (index ? ", index" : ""));
+        Switches switches;
+        switches.at_ends = false;
+        switches.index = random.uniform(0.0, 4096.0);
+        const double stop = direction * random.uniform(10e3, 20e3);
+        BusSpec bus = Bench::spec(random.uniform(-9e3, 9e3), switches, direction < 0 ? stop : kLow,
+                                  direction > 0 ? stop : kHigh);
+        const int method = random.integer(-128, -1);
+        bus.drives[0].stop_number = method;
+        bus.drives[0].stop_method = HomingMethod::toStop(direction, index);
+        Bench bench(method, bus);
+        ASSERT_TRUE(bench.ready);
+        ASSERT_TRUE(bench.home());
+        EXPECT_EQ(bench.first, direction);
+        const double behind = direction * (stop - bench.reference());
+        EXPECT_GE(behind, -3.0);
+        EXPECT_LE(behind, index ? 4096.0 + 3.0 : 3.0);
+        if (index) {
+          EXPECT_NEAR(std::remainder(bench.reference() - switches.index, 4096.0), 0.0, 3.0);
+        }
+        EXPECT_EQ(bench.rig.drive().state(), DriveState::kEnabled) << "no following error at the stop";
+      }
+    }
   }
 }
 
