@@ -1,20 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "hal/canopen/node.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <stdexcept>
+
+#include "hal/canopen/bytes.h"
 
 namespace tandem::hal::canopen {
 namespace {
 
 constexpr int kMaxRestarts = 3;  ///< of a configuration
 
-/// "50 (0x32)".
-std::string number(std::uint64_t value) {
-  char text[48];
-  std::snprintf(text, sizeof text, "%llu (0x%llX)", static_cast<unsigned long long>(value),
-                static_cast<unsigned long long>(value));
-  return text;
+/// "50 (0x32)", "-3 (0xFD)".
+std::string number(const SetupStep& step, std::uint64_t value) {
+  const int bits = 8 * std::max(step.size, 1);
+  const bool negative = step.is_signed && value == lowBits(value, bits) && signExtend(value, bits) < 0;
+  char hex[24];
+  std::snprintf(hex, sizeof hex, " (0x%llX)", static_cast<unsigned long long>(value));
+  return (negative ? std::to_string(signExtend(value, bits)) : std::to_string(value)) + hex;
 }
 
 void append(std::vector<SetupStep>& to, const std::vector<SetupStep>& steps) {
@@ -80,9 +84,9 @@ std::string Node::describe(const NodeFailure& failure) const {
     const SetupStep& step = steps_[static_cast<std::size_t>(failure.step)];
     const std::string text = step.what + " " + canopen::describe(step.object) + ": ";
     if (failure.reason == NodeFailure::Reason::kMismatch)
-      return text + "found " + number(failure.value) + ", expected " + number(step.value) +
-             (step.mask == SetupStep{}.mask ? "" : " in the bits " + number(step.mask));
-    return text + (step.writes() ? "sent " + number(step.value) + ": " : "") + canopen::describe(failure.abort);
+      return text + "found " + number(step, failure.value) + ", expected " + number(step, step.value) +
+             (step.mask == SetupStep{}.mask ? "" : " in the bits " + number(step, step.mask));
+    return text + (step.writes() ? "sent " + number(step, step.value) + ": " : "") + canopen::describe(failure.abort);
   }
   switch (failure.reason) {
     case NodeFailure::Reason::kNoBootUp:

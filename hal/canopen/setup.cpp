@@ -15,6 +15,7 @@ SetupStep step(SetupStep::Kind kind, ObjectAddress object, std::int64_t value, i
   result.object = object;
   result.size = size;
   result.value = size > 0 ? lowBits(static_cast<std::uint64_t>(value), 8 * size) : 0;
+  result.is_signed = value < 0;
   result.what = std::move(what);
   return result;
 }

@@ -26,6 +26,7 @@ struct SetupStep {
   std::uint64_t mask = ~std::uint64_t{0};
   std::uint64_t tolerance = 0;  ///< largest difference to `value`, as signed numbers, instead of equal bits
   std::string what;             ///< description: "quick stop option"
+  bool is_signed = false;       ///< messages show the number with its sign; of a negative one in any case
   bool optional = false;        ///< skipped if the node does not have the object
   bool dispensable = false;     ///< of a write: skipped, too, if the object does not take the value
   bool late = false;            ///< of kAwait: the next step follows after its time-out, too

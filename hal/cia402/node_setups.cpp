@@ -246,6 +246,7 @@ void appendHoming(std::vector<SetupStep>& steps, const AxisConfig& axis) {
   const HomingConfig& homing = axis.homing;
   steps.push_back(optional(canopen::write({0x607C, 0}, 0, 4, "home offset")));
   steps.push_back(canopen::write(objects::kHomingMethod, homing.method, 1, "homing method"));
+  steps.back().is_signed = true;
   steps.push_back(writeRate({0x6099, 1}, units.velocity(homing.fast), "homing speed to the switch"));
   steps.push_back(writeRate({0x6099, 2}, units.velocity(homing.slow), "homing speed to the index"));
   steps.push_back(writeRate({0x609A, 0}, units.acceleration(homing.acceleration), "homing acceleration"));

@@ -109,23 +109,26 @@ int scan(const CanOptions& options) {
 }
 
 void show(const CanOptions& options, int node, ObjectAddress object, const std::vector<std::uint8_t>& data) {
-  const std::string name = options.eds.empty() ? "" : nameIn(loadSheet(options.eds), object);
+  const hal::canopen::Eds sheet = options.eds.empty() ? hal::canopen::Eds{} : loadSheet(options.eds);
+  const std::string name = nameIn(sheet, object);
   if (options.json) {
     nlohmann::ordered_json json{{"node", node}, {"object", describe(object)}};
     if (!options.eds.empty())
       json["name"] = name;
-    json.update(valueJson(data));
+    json.update(valueJson(data, typeIn(sheet, object)));
     std::cout << json.dump() << '\n';
   } else {
-    std::cout << describe(object) << (name.empty() ? "" : " " + name) << " = " << valueText(data) << '\n';
+    std::cout << describe(object) << (name.empty() ? "" : " " + name) << " = " << valueText(data, typeIn(sheet, object))
+              << '\n';
   }
 }
 
 std::int64_t parseValue(const std::string& text, std::size_t bytes) {
   const bool negative = text.starts_with("-");
-  const bool hex = text.starts_with("0x");
+  const std::string_view digits = std::string_view(text).substr(negative ? 1 : 0);
+  const bool hex = digits.starts_with("0x");
   std::uint64_t value = 0;
-  const char* begin = text.data() + (negative ? 1 : hex ? 2 : 0);
+  const char* begin = digits.data() + (hex ? 2 : 0);
   const auto [end, error] = std::from_chars(begin, text.data() + text.size(), value, hex ? 16 : 10);
   const int bits = static_cast<int>(8 * bytes);
   const std::uint64_t most = bits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
@@ -186,7 +189,7 @@ void registerCan(CLI::App& app, int& exit_code) {
   access->add_option("node", options->node, "1 to 127")->required();
   access->add_option("object", options->object, "INDEX or INDEX:SUB, hexadecimal: 6041, 607D:1");
   access->add_option("value", options->value,
-                     "value to write (decimal or 0x...), then read back; put -- before a negative value");
+                     "value to write (decimal or 0x..., perhaps negative: -3), then read back");
   access->add_option("--eds", options->eds, "data sheet (EDS or DCF) with the names of the objects");
   access->add_flag("--protections", options->protections,
                    "instead of an object: which protections the drive has objects for (docs/hardware.md)");

@@ -4,11 +4,13 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "hal/can/bus.h"
 #include "hal/canopen/cob.h"
+#include "hal/canopen/eds.h"
 #include "hal/canopen/sdo_client.h"
 #include "services/cli/subcommand.h"
 
@@ -71,10 +73,11 @@ hal::canopen::ObjectAddress parseObject(const std::string& text);
 /// "1" to "127". @throw Failure
 int parseNode(const std::string& text);
 
-/// A value as JSON: `bytes`, and `text`, or `unsigned` and `signed`, or `hex` of more than 8 bytes.
-nlohmann::ordered_json valueJson(const std::vector<std::uint8_t>& data);
-/// ... as text: "592, signed 592, 0x0250 (2 bytes)" or "\"name\"".
-std::string valueText(const std::vector<std::uint8_t>& data);
+/** A value as JSON: `bytes`, and `text`, or `unsigned` and `signed`, or `hex` of more than 8 bytes; of an integer also
+ * `value`, with its sign. @param type  of the object; nothing, or one of another size: it is not known. */
+nlohmann::ordered_json valueJson(const std::vector<std::uint8_t>& data, std::optional<hal::canopen::DataType> type);
+/// ... as text: "-3, 0xFD (1 byte)", without a type "253, signed -3, 0xFD (1 byte)"; or "\"name\"".
+std::string valueText(const std::vector<std::uint8_t>& data, std::optional<hal::canopen::DataType> type);
 
 /// Adds a command with the options of all that send on a bus.
 CLI::App* addCanCommand(CLI::App& can,

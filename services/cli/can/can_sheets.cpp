@@ -135,13 +135,24 @@ class Comparison {
     if (sizeOf(object.type) == 0) {
       const std::string text(data.begin(), data.end());
       if (object.type == hal::canopen::DataType::kVisibleString && text != object.text)
-        add(values_, object, "value", valueText(data) + ", default \"" + object.text + "\"");
+        add(values_, object, "value", valueText(data, object.type) + ", default \"" + object.text + "\"");
       return;
     }
     Bytes by_default(data.size());
     hal::canopen::toBytes(static_cast<std::uint64_t>(object.valueAt(node_)), by_default);
-    if (data != by_default)
-      add(values_, object, "value", valueText(data) + ", default " + valueText(by_default));
+    if (data == by_default)
+      return;
+    // What a product is, and no setting: not the serial number.
+    constexpr std::uint16_t kIdentity = 0x1018;
+    constexpr int kLastFixed = 3;
+    const bool identity = object.address.index == kIdentity && object.address.sub >= 1 &&
+                          object.address.sub <= kLastFixed && !writable(object.access) && object.value != 0;
+    if (identity)
+      add(differences_, object, "identity",
+          "the node has " + valueText(data, object.type) + ", the sheet " + valueText(by_default, object.type) +
+              ": it is of another device");
+    else
+      add(values_, object, "value", valueText(data, object.type) + ", default " + valueText(by_default, object.type));
   }
 
   const CanOptions& options_;
@@ -222,13 +233,13 @@ class Dump {
       Json entry{{"object", describe(address)}};
       if (object != nullptr)
         entry.update({{"name", object->name}, {"type", name(object->type)}, {"access", name(object->access)}});
-      entry.update(valueJson(data));
+      entry.update(valueJson(data, typeIn(sheet_, address)));
       json_.push_back(entry);
     } else {
       const std::string about = object == nullptr ? ""
                                                   : " " + object->name + " [" + std::string(name(object->type)) + " " +
                                                         std::string(name(object->access)) + "]";
-      std::cout << describe(address) << about << " = " << valueText(data) << '\n';
+      std::cout << describe(address) << about << " = " << valueText(data, typeIn(sheet_, address)) << '\n';
     }
   }
 

@@ -9,9 +9,12 @@
 
 #include "config/config.h"
 #include "hal/canopen/bytes.h"
+#include "sim/drives/eds.h"
 
 namespace tandem::cli {
 namespace {
+
+using hal::canopen::DataType;
 
 bool isText(const std::vector<std::uint8_t>& data) {
   return data.size() > 4 && std::all_of(data.begin(), data.end(), [](std::uint8_t b) { return std::isprint(b) != 0; });
@@ -38,9 +41,14 @@ ObjectNumbers objectNumbers(const std::vector<std::uint8_t>& data) {
   return {raw, hal::canopen::signExtend(raw, bits)};
 }
 
+/// An integer type of this size.
+bool isInteger(std::optional<DataType> type, const std::vector<std::uint8_t>& data) {
+  return type && !isReal(*type) && !data.empty() && sizeOf(*type) == static_cast<int>(data.size());
+}
+
 }  // namespace
 
-nlohmann::ordered_json valueJson(const std::vector<std::uint8_t>& data) {
+nlohmann::ordered_json valueJson(const std::vector<std::uint8_t>& data, std::optional<DataType> type) {
   nlohmann::ordered_json json{{"bytes", data.size()}};
   if (isText(data)) {
     json["text"] = std::string(data.begin(), data.end());
@@ -49,22 +57,27 @@ nlohmann::ordered_json valueJson(const std::vector<std::uint8_t>& data) {
   } else {
     json["unsigned"] = objectNumbers(data).raw;
     json["signed"] = objectNumbers(data).as_signed;
+    if (isInteger(type, data))
+      json["value"] = isSigned(*type) ? json["signed"] : json["unsigned"];
   }
   return json;
 }
 
-std::string valueText(const std::vector<std::uint8_t>& data) {
+std::string valueText(const std::vector<std::uint8_t>& data, std::optional<DataType> type) {
   if (isText(data))
     return "\"" + std::string(data.begin(), data.end()) + "\"";
-  const std::string bytes = " (" + std::to_string(data.size()) + " bytes)";
+  const std::string bytes = " (" + std::to_string(data.size()) + (data.size() == 1 ? " byte)" : " bytes)");
   if (data.size() > 8)
     return hexText(data) + bytes;
   const ObjectNumbers numbers = objectNumbers(data);
-  char text[96];
-  std::snprintf(text, sizeof text, "%llu, signed %lld, 0x%0*llX", static_cast<unsigned long long>(numbers.raw),
-                static_cast<long long>(numbers.as_signed), static_cast<int>(2 * data.size()),
+  const std::string as_signed = std::to_string(numbers.as_signed), as_unsigned = std::to_string(numbers.raw);
+  const std::string number = !isInteger(type, data) ? as_unsigned + ", signed " + as_signed
+                             : isSigned(*type)      ? as_signed
+                                                    : as_unsigned;
+  char hex[32];
+  std::snprintf(hex, sizeof hex, ", 0x%0*llX", static_cast<int>(2 * data.size()),
                 static_cast<unsigned long long>(numbers.raw));
-  return text + bytes;
+  return number + hex + bytes;
 }
 
 hal::canopen::Eds loadSheet(const std::string& path) {
@@ -85,6 +98,16 @@ void printWarnings(const hal::canopen::Eds& sheet, std::size_t most) {
 std::string nameIn(const hal::canopen::Eds& sheet, hal::canopen::ObjectAddress object) {
   const hal::canopen::EdsObject* found = sheet.find(object);
   return found == nullptr ? "" : found->name;
+}
+
+std::optional<DataType> typeIn(const hal::canopen::Eds& sheet, hal::canopen::ObjectAddress object) {
+  const hal::canopen::EdsObject* found = sheet.find(object);
+  const bool of_manufacturer = object.index >= 0x2000 && object.index < 0x6000;
+  for (const hal::canopen::Eds* standard : {&sim::drives::driveEds(), &sim::drives::encoderEds()}) {
+    if (found == nullptr && !of_manufacturer)
+      found = standard->find(object);
+  }
+  return found == nullptr ? std::nullopt : std::optional(found->type);
 }
 
 std::string needOf(const hal::canopen::SetupStep& step) {

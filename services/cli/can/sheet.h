@@ -18,6 +18,10 @@ void printWarnings(const hal::canopen::Eds& sheet, std::size_t most);
 /// Name of an object in a data sheet, empty: it is not there.
 std::string nameIn(const hal::canopen::Eds& sheet, hal::canopen::ObjectAddress object);
 
+/// Type of an object in a data sheet; in the absence of a sheet, or of the object in it, the one that CiA 301, 402 or
+/// 406 gives it. Nothing: objects of manufacturers that no sheet describes.
+std::optional<hal::canopen::DataType> typeIn(const hal::canopen::Eds& sheet, hal::canopen::ObjectAddress object);
+
 /// "required", "optional", or the protections that need the step.
 std::string needOf(const hal::canopen::SetupStep& step);
 

@@ -74,8 +74,36 @@ class Sheets(system.SystemTest):
         self.assert_ok(self.can("od", address, "1", "6065", "77"))
         answer = self.can("compare", address, SHEETS / "gold-like.eds", "1")
         self.assert_ok(answer)
-        self.assertIn("value: 6065:00 Following error window: 77, signed 77, 0x0000004D (4 bytes), default 2000", answer.stdout)
+        self.assertIn("value: 6065:00 Following error window: 77, 0x0000004D (4 bytes), default 2000", answer.stdout)
         self.assertIn("0 differences", answer.stdout)
+
+    def test_compare_finds_another_product_by_what_the_sheet_fixes(self):
+        """[DeviceInfo] has the node's numbers, object 1018 of the sheet has others."""
+        address, _ = self.play(SHEETS / "gold-like.eds")
+        text = (SHEETS / "gold-like.eds").read_bytes().decode().replace("\x1a", "")
+        for sub, value in (("1", "0X000000FB"), ("2", "0X61500000"), ("3", "0X01700000")):
+            with self.subTest(sub=sub):
+                other = self.folder / f"other{sub}.eds"
+                changed, count = re.subn(rf"(?i)(\[1018sub{sub}\]\r\n(?:.*\r\n){{1,5}}?DEFAULTVALUE)=.*\r\n", rf"\1={value}\r\n", text)
+                self.assertEqual(count, 1)
+                other.write_bytes(changed.encode())
+                answer = self.can("compare", address, other, "1", "--json")
+                self.assertEqual(answer.returncode, 1, answer.stdout)
+                found = json.loads(answer.stdout)["differences"]
+                self.assertEqual([(entry["object"], entry["kind"]) for entry in found], [(f"1018:0{sub}", "identity")])
+
+    def test_signed_objects_keep_their_sign(self):
+        sheet = SHEETS / "mc3-like.eds"
+        address, _ = self.play(sheet)
+        for words in ([], ["--eds", sheet]):
+            answer = self.assert_ok(self.can("od", address, "1", "607C", "-3", *words))
+            self.assertRegex(answer.stdout, r"^607C:00 .*= -3, 0xFFFFFFFD \(4 bytes\)\n$")
+            self.assertEqual(json.loads(self.can("od", address, "1", "607C", "-0x3", "--json", *words).stdout)["value"], -3)
+        self.assertRegex(self.can("dump", address, "1", "--eds", sheet).stdout, r"607C:00 .* = -3, 0xFFFFFFFD")
+        self.assertIn("607C:00 = -3, 0xFFFFFFFD", self.can("dump", address, "1", "--first", "607C", "--last", "607C").stdout)
+        self.assertRegex(self.can("compare", address, sheet, "1").stdout, r"value: 607C:00 .*: -3, 0xFFFFFFFD \(4 bytes\), default 0")
+        answer = self.can("od", address, "1", "6098", "-200")
+        self.assertEqual((answer.returncode, answer.stderr), (2, "tandem: value '-200', expected a number of 1 bytes\n"))
 
     def test_dump_reads_every_object(self):
         sheet = SHEETS / "epos4-like.eds"
@@ -90,7 +118,7 @@ class Sheets(system.SystemTest):
         tried = {entry["object"] for entry in json.loads(answer.stdout)}
         self.assertEqual(tried, {name for name in objects if name < "1021"})
         answer = self.assert_ok(self.can("dump", address, "1", "--first", "6060", "--last", "6067"))
-        self.assertIn("6065:00 = 2000, signed 2000, 0x000007D0 (4 bytes)", answer.stdout)
+        self.assertIn("6065:00 = 2000, 0x000007D0 (4 bytes)", answer.stdout)
         self.assertIn("objects read", answer.stderr)
         self.assertEqual(self.can("dump", address, "1", "--first", "2000", "--last", "1000").returncode, 2)
         answer = self.can("dump", address, "99", "--first", "1000", "--last", "1001")

@@ -63,6 +63,16 @@ TEST(Network, TheWrongDeviceIsNamed) {
             "expected 1017 (0x3F9)");
 }
 
+TEST(Network, NegativeNumbersKeepTheirSignInMessages) {
+  DriveRig rig(test::rigSpec(1));
+  auto setup = test::driveSetup(1);
+  setup.steps.push_back(write({0x6098, 0}, -3, 1, "homing method"));
+  rig.network.addNode(setup);
+  EXPECT_FALSE(rig.bringUp());
+  EXPECT_NE(rig.network.node(0).describeFailure().find("homing method 6098:00: sent -3 (0xFD): "), std::string::npos)
+      << rig.network.node(0).describeFailure();
+}
+
 TEST(Network, RefusalsAreNamed) {
   DriveRig rig(test::rigSpec(1));
   auto setup = test::driveSetup(1);
