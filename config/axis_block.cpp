@@ -6,6 +6,10 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "config/detail/drive_profile.h"
+#include "config/detail/loaders.h"
+#include "config/file_tables.h"
+
 namespace tandem::config {
 namespace {
 
@@ -49,13 +53,37 @@ void setUnit(YAML::Node drive,
     drive[key + "_scale"] = scale;
 }
 
+AxisOrigin originIn(const Map& drive, const std::filesystem::path& file) {
+  AxisOrigin origin;
+  if (drive.has("profile"))
+    origin.profile = loadDriveProfile(companionPath(drive, "profile", file, "drive"));
+  origin.states_velocity_unit = drive.has("velocity_unit") || (origin.profile && origin.profile->states_velocity_unit);
+  origin.states_acceleration_unit =
+      drive.has("acceleration_unit") || (origin.profile && origin.profile->states_acceleration_unit);
+  return origin;
+}
+
 }  // namespace
+
+AxisOrigin originOf(const std::filesystem::path& file, const hal::HardwareConfig& hardware, std::size_t axis) {
+  const hal::AxisConfig& of = hardware.axes.at(axis);
+  const std::string& bus = hardware.buses.at(static_cast<std::size_t>(of.bus)).name;
+  Document document(file.string(), readFile(file));
+  for (const Map& group : document.check(hardwareTable()).maps(of.translation ? "translations" : "rotations")) {
+    for (const Map& one : group.maps("axes")) {
+      if (one.text("bus") == bus && one.integer("node") == of.node)
+        return originIn(group.map("drive"), file);
+    }
+  }
+  throw Error(file.string(), 1, 1, "", "found no axis " + of.name);
+}
 
 std::string axisBlock(const std::filesystem::path& file,
                       const hal::HardwareConfig& hardware,
                       std::size_t axis,
                       const hal::AxisConfig& drive,
-                      const std::string& mode) {
+                      const std::string& mode,
+                      const std::vector<std::string>& fill_in) {
   const hal::AxisConfig& from = hardware.axes.at(axis);
   const std::string kind = from.translation ? "translations" : "rotations";
   const YAML::Node text = YAML::LoadFile(file.string());
@@ -70,6 +98,8 @@ std::string axisBlock(const std::filesystem::path& file,
   setUnit(of_group, "velocity_unit", hal::kVelocityUnits, drive.units.velocity, drive.units.velocity_scale);
   setUnit(of_group, "acceleration_unit", hal::kAccelerationUnits, drive.units.acceleration,
           drive.units.acceleration_scale);
+  for (const std::string& key : fill_in)
+    of_group[key] = kFillIn;
   if (drive.watch != from.watch)
     of_group["watch"] = drive.watch == hal::MutualWatch::kNodeGuarding ? "node_guarding" : "heartbeat";
   if (drive.pdo_objects != from.pdo_objects)

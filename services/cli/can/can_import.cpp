@@ -29,7 +29,7 @@ constexpr int kNeedsAcceptance = 3;
 struct ImportOptions {
   std::string file, hardware = "ark2024-two-buses", axis, mode, out;
   int node = 0;
-  bool json = false;
+  bool json = false, force = false;
 };
 
 /// What is to be imported: the sheet, and the axis that the drive shall become.
@@ -41,6 +41,7 @@ struct Import {
   hal::AxisConfig drive;
   std::string mode;
   std::vector<std::string> notes;
+  std::vector<std::string> fill_in;  ///< keys of units that nobody states
 };
 
 const std::pair<const char*, hal::DriveMode> kModes[] = {{"csp", hal::DriveMode::kCyclicPosition},
@@ -102,7 +103,10 @@ Import prepareImport(const ImportOptions& options) {
   job.drive.node = options.node != 0 ? options.node : job.sheet.node.value_or(job.drive.node);
   chooseMode(job, options.mode);
   const Eds& sheet = job.sheet;
-  takeFromSheet(sheet, job.drive, job.notes);
+  const config::AxisOrigin origin = config::originOf(job.hardware_file, job.hardware, job.axis);
+  job.fill_in = takeFromSheet(sheet, origin, job.drive, job.notes);
+  if (origin.profile)
+    judgeMaker(*origin.profile, job.sheet);
   const hal::canopen::ObjectAddress temperature{job.drive.temperature_index, job.drive.temperature_sub};
   if (temperature.index != 0 && sheet.find(temperature) == nullptr) {
     job.notes.push_back("the temperature object " + describe(temperature) + " of the axis is absent: it is left out");
@@ -203,7 +207,9 @@ std::string blockOf(const Import& job, const SheetCheck& check) {
   std::string text = "# From " + job.sheet.file + ": " + job.sheet.vendor_name + ", " + job.sheet.product +
                      ".\n# Everything but node, vendor, product, revision, mode, units, pdo_objects and watch is of " +
                      job.drive.name + " in " + job.hardware.name + ": check it, and add the serial number.\n";
-  text += config::axisBlock(job.hardware_file, job.hardware, job.axis, job.drive, job.mode);
+  for (const std::string& key : job.fill_in)
+    text += "# Replace " + std::string(config::kFillIn) + " of " + key + ": the unit is in the drive's manual.\n";
+  text += config::axisBlock(job.hardware_file, job.hardware, job.axis, job.drive, job.mode, job.fill_in);
   const std::string indent = "        # ";
   if (check.lost != 0)
     text += indent + "The drive lacks " + hal::describeProtections(check.lost) + ".\n";
@@ -242,6 +248,7 @@ Json importJson(const Import& job, const SheetCheck& check, int code) {
             {"setup", Json::array()},
             {"lost", Json::array()},
             {"notes", job.notes},
+            {"fill_in", job.fill_in},
             {"reasons", reasonsOf(check)},
             {"boots", check.boots()}};
   for (const auto& warning : job.sheet.warnings)
@@ -284,6 +291,8 @@ void printReport(const Import& job, const SheetCheck& check) {
 }
 
 int runImport(const ImportOptions& options) {
+  if (!options.out.empty() && !options.force && std::filesystem::exists(options.out))
+    throw Failure(kUsage, "--out: '" + options.out + "' exists: name another file, or use --force to replace it");
   Import job = prepareImport(options);
   const SheetCheck check = hal::checkSheet(job.sheet, job.hardware, job.drive, safety::Budgets{}.drive_heartbeat);
   judgeProfile(job.drive, check.lost, job.notes);
@@ -330,12 +339,15 @@ void registerCanImport(CLI::App& can, int& exit_code) {
           "--mode", options->mode,
           "csp, csv or pv (default: that of --axis if the data sheet supports it, else the first that it supports)")
       ->check(CLI::IsMember({"csp", "csv", "pv"}));
-  command->add_option("-o,--out", options->out, "file for the axis (default: standard output)");
+  command->add_option("-o,--out", options->out, "new file for the axis (default: standard output)");
+  command->add_flag("--force", options->force, "replace the file of --out if it exists");
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer(
       "Needs no bus. Exit code 0: tandem-hal boots a drive that conforms to this data sheet; 3: only if the hardware\n"
       "file accepts the protections that it lacks (`accept`); 1: it does not boot the drive, with each reason;\n"
-      "2: the file cannot be read.");
+      "2: the file cannot be read, or --out exists. A sheet of another maker or product than the profile's is a "
+      "warning,\n"
+      "with its line. Units that neither the sheet nor a profile states are FILL_IN in the axis.");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runImport(*options); }); });
 }
 

@@ -28,6 +28,12 @@ def sheet(name):
     return SHEETS / f"{name}.eds"
 
 
+def filled(block):
+    """The axis with units where the sheet, the file and the profile state none."""
+    return block.replace("velocity_unit: FILL_IN", "velocity_unit: counts_per_s").replace(
+        "acceleration_unit: FILL_IN", "acceleration_unit: counts_per_s2")
+
+
 class Import(system.SystemTest):
     def report(self, *words, code):
         answer = system.run("can", "import", *words, "--json")
@@ -68,6 +74,7 @@ class Import(system.SystemTest):
         for name in EXPECTED:
             with self.subTest(name):
                 report = self.report(sheet(name), "--node", "9", code=EXPECTED[name][0])
+                report["yaml"] = filled(report["yaml"])
                 path = self.hardware_with(report["yaml"])
                 self.assert_ok(system.run("validate", path))
                 self.assertIn("node: 9", report["yaml"])
@@ -101,8 +108,8 @@ class Import(system.SystemTest):
 
     def test_an_accepted_loss_makes_the_axis_bootable(self):
         block = self.report(sheet("mc3-like"), code=3)["yaml"]
-        accepted = block.replace('        # accept:', '        accept:').replace('        #   - {prot', '          - {prot')
-        self.assertNotEqual(block, accepted)
+        accepted = filled(block).replace('        # accept:', '        accept:').replace('        #   - {prot', '          - {prot')
+        self.assertNotEqual(filled(block), accepted)
         path = self.hardware_with(accepted.replace('reason: ""', 'reason: "tried with power off"'))
         self.assert_ok(system.run("validate", path))
         self.assertEqual(self.report(sheet("mc3-like"), "--hardware", path, code=0)["reasons"], [])
@@ -134,6 +141,80 @@ class Import(system.SystemTest):
         out = self.folder / "axis.yaml"
         self.assert_ok(system.run("can", "import", sheet("gold-like"), "-o", out))
         self.assertIn("translations:", out.read_text())
+
+    def with_profile(self, profile, mode):
+        """The preset whose linear stages name a profile."""
+        path = self.folder / f"{profile}.yaml"
+        path.write_text(PRESET.read_text().replace("../robots/", str(system.PRESETS / "robots") + "/")
+                        .replace("  - drive:\n", f"  - drive:\n      profile: {profile}\n      mode: {mode}\n", 1))
+        return path
+
+    def test_a_unit_that_nobody_states_is_to_be_filled_in(self):
+        report = self.report(sheet("gold-like"), code=0)
+        self.assertEqual(report["fill_in"], ["velocity_unit", "acceleration_unit"])
+        for words in ("velocity_unit: FILL_IN", "acceleration_unit: FILL_IN", "# Replace FILL_IN of velocity_unit"):
+            self.assertIn(words, report["yaml"])
+        self.assertTrue(any("velocities: neither the data sheet" in note for note in report["notes"]), report["notes"])
+        answer = system.run("validate", self.hardware_with(report["yaml"]))
+        self.assertEqual(answer.returncode, 2)
+        for words in ('drive.velocity_unit: found the text "FILL_IN"', 'drive.acceleration_unit: found the text "FILL_IN"', "rpm"):
+            self.assertIn(words, answer.stdout + answer.stderr)
+        # The profile states them, or the sheet does (60A9, 60AA).
+        report = self.report(sheet("mc3-like"), "--hardware", self.with_profile("mc3", "pv"), code=0)
+        self.assertEqual(report["fill_in"], [])
+        for words in ("velocity_unit: rpm\n", "acceleration_unit: rev_per_s2\n"):
+            self.assertIn(words, report["yaml"])
+        self.assertTrue(any("velocities: rpm, of the hardware file or its profile" in note for note in report["notes"]), report["notes"])
+        self.assertEqual(self.report(sheet("epos4-like"), code=0)["fill_in"], [])
+
+    def test_a_sheet_of_another_maker_than_the_profile_warns_by_line(self):
+        lines = sheet("gold-like").read_bytes().decode("latin-1").splitlines()
+        line = {key: next(k for k, text in enumerate(lines, 1) if text.upper().startswith(key))
+                for key in ("VENDORNUMBER", "VENDORNAME", "PRODUCTNAME", "[1018SUB1]")}
+        hardware = self.with_profile("epos4", "csp")
+        report = self.report(sheet("gold-like"), "--hardware", hardware, code=0)
+        of_profile = {warning["line"]: warning["text"] for warning in report["warnings"] if "of profile epos4" in warning["text"]}
+        self.assertEqual(sorted(of_profile), sorted(line.values()))
+        self.assertIn("found vendor 0x9A, expected that of profile epos4 (maxon EPOS4, firmware 0x0170): 0xFB",
+                      of_profile[line["[1018SUB1]"]])
+        self.assertIn("found 'Elmo (like)'", of_profile[line["VENDORNAME"]])
+        self.assertIn("found 'Gold-like'", of_profile[line["PRODUCTNAME"]])
+        text = self.assert_ok(system.run("can", "import", sheet("gold-like"), "--hardware", hardware)).stdout
+        self.assertRegex(text, rf"warning: .*gold-like.eds:{line['VENDORNUMBER']}: VendorNumber: found 0x9A, expected")
+        # Each profile is that of its own sheet.
+        for profile, mode in (("epos4", "csp"), ("gold", "csp"), ("mc3", "csp"), ("ipos", "pv")):
+            report = json.loads(system.run("can", "import", sheet(f"{profile}-like"), "--json", "--hardware",
+                                           self.with_profile(profile, mode)).stdout)
+            self.assertEqual([warning for warning in report["warnings"] if "of profile" in warning["text"]], [])
+
+    def test_an_existing_file_is_replaced_with_force_only(self):
+        out = self.folder / "axis.yaml"
+        out.write_text("mine\n")
+        answer = system.run("can", "import", sheet("gold-like"), "--out", out)
+        self.assertEqual(answer.returncode, 2)
+        self.assertIn(f"--out: '{out}' exists", answer.stderr)
+        self.assertEqual(out.read_text(), "mine\n")
+        self.assert_ok(system.run("can", "import", sheet("gold-like"), "--out", out, "--force"))
+        self.assertIn("translations:", out.read_text())
+
+    def test_pdos_that_a_sheet_states_in_short(self):
+        """CompactPDO of [DeviceInfo] instead of the sections of the PDOs (CiA 306-1): the same verdict."""
+        text = sheet("gold-like").read_bytes().decode("latin-1")
+        short, count = re.subn(r"(?is)\[1[468A]0[0-3](sub[0-9A-F]+)?\]\r\n.*?(?=\r\n\[|\Z)", "", text)
+        self.assertGreater(count, 20)
+        path = self.folder / "short.eds"
+        for key in ("GRANULARITY", "NROFRXPDO", "NROFTXPDO", "COMPACTPDO"):
+            short = re.sub(rf"(?im)^{key} *=.*\r\n", "", short)
+        path.write_bytes(short.encode("latin-1"))
+        refused = self.report(path, code=1)["setup"]
+        self.assertIn(("1600:00", "absent"), {(row["object"], row["reason"]) for row in refused})
+        # Bit 4 is the event timer: that of a receive PDO is the deadline of commands.
+        for mask, lost in (("0x07", ["command_deadline"]), ("0x17", [])):
+            path.write_bytes(re.sub(r"(?i)\[DeviceInfo\]\r\n", "[DeviceInfo]\r\nGranularity=8\r\nNrOfRXPDO=4\r\nNrOfTXPDO=4\r\n"
+                                    f"CompactPDO={mask}\r\n", short).encode("latin-1"))
+            report = self.report(path, code=0)
+            self.assertEqual(report["pdo_mapping"], "the PDOs of the HAL fit")
+            self.assertEqual(report["lost"], lost)
 
     def test_what_a_sheet_leaves_out(self):
         text = sheet("gold-like").read_bytes()
