@@ -63,13 +63,21 @@ void Bus::noteError(const CanFrame& frame) noexcept {
     noteState(state);
 }
 
-void Bus::noteSend(std::size_t taken, std::size_t dropped, std::size_t failed) noexcept {
-  counters_.sent += taken;
+void Bus::noteReceived(std::span<const CanFrame> frames) noexcept {
+  counters_.received += frames.size();
+  for (const CanFrame& frame : frames)
+    counters_.data_bytes += frame.error ? 0 : frame.payload().size();
+}
+
+void Bus::noteSend(std::span<const CanFrame> taken, std::size_t dropped, std::size_t failed) noexcept {
+  counters_.sent += taken.size();
+  for (const CanFrame& frame : taken)
+    counters_.data_bytes += frame.payload().size();
   counters_.tx_dropped += dropped;
   counters_.tx_failed += failed;
   if (dropped > 0) {
     consecutive_drops_ = std::min(consecutive_drops_ + 1, max_consecutive_drops_);
-  } else if (taken > 0) {
+  } else if (!taken.empty()) {
     consecutive_drops_ = 0;
   }
 }

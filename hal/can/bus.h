@@ -21,6 +21,7 @@ using idl::name;
 struct BusCounters {
   std::uint64_t sent = 0;         ///< frames that the kernel accepted
   std::uint64_t received = 0;     ///< frames handed to the caller, error frames included
+  std::uint64_t data_bytes = 0;   ///< payload of the frames in `sent` and `received`, without error frames
   std::uint64_t tx_dropped = 0;   ///< frames dropped because the transmit queue was full
   std::uint64_t tx_failed = 0;    ///< frames refused for another reason (link down, length)
   std::uint64_t rx_overflow = 0;  ///< frames that the kernel dropped because its receive queue was full
@@ -79,7 +80,8 @@ class Bus {
 
   void noteState(BusState state) noexcept;         ///< counts changes to and from bus-off, and link losses
   void noteError(const CanFrame& frame) noexcept;  ///< an error frame: counters and state
-  void noteSend(std::size_t taken, std::size_t dropped, std::size_t failed) noexcept;
+  void noteSend(std::span<const CanFrame> taken, std::size_t dropped, std::size_t failed) noexcept;
+  void noteReceived(std::span<const CanFrame> frames) noexcept;
   bool accepts(const CanFrame& frame) const noexcept;  ///< the frame passes the filters
 
   BusCounters counters_;

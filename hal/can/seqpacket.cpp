@@ -163,7 +163,7 @@ std::size_t SeqpacketBus::send(std::span<const CanFrame> frames) noexcept {
     ++taken;
   }
   const std::size_t left = frames.size() - taken;
-  noteSend(taken, full ? left : 0, full ? 0 : left);
+  noteSend(frames.first(taken), full ? left : 0, full ? 0 : left);
   return taken;
 }
 
@@ -196,7 +196,7 @@ std::size_t SeqpacketBus::receive(std::span<CanFrame> frames) noexcept {
       ++filled;
     }
   }
-  counters_.received += filled;
+  noteReceived(frames.first(filled));
   return filled;
 }
 
@@ -269,7 +269,7 @@ std::size_t SeqpacketHub::send(std::span<const CanFrame> frames) noexcept {
     const std::size_t length = encodeFrame(frames[taken], packet);
     forward(&packet, length, -1);
   }
-  noteSend(taken, 0, frames.size() - taken);
+  noteSend(frames.first(taken), 0, frames.size() - taken);
   return taken;
 }
 
@@ -300,7 +300,7 @@ std::size_t SeqpacketHub::receive(std::span<CanFrame> frames) noexcept {
     if (frames[k].error)
       noteError(frames[k]);
   }
-  counters_.received += filled;
+  noteReceived(frames.first(filled));
   return filled;
 }
 

@@ -127,7 +127,7 @@ std::size_t SocketCanBus::send(std::span<const CanFrame> frames) noexcept {
   }
   const std::size_t left = frames.size() - taken;
   const bool full = error == ENOBUFS || error == EAGAIN || error == EWOULDBLOCK;
-  noteSend(taken, full ? left : 0, full ? 0 : left);
+  noteSend(frames.first(taken), full ? left : 0, full ? 0 : left);
   if (error == ENETDOWN || error == ENODEV || error == ENXIO)
     noteState(BusState::kDown);
   return taken;
@@ -143,7 +143,7 @@ std::size_t SocketCanBus::receive(std::span<CanFrame> frames) noexcept {
     if (filled - before < wanted)
       break;
   }
-  counters_.received += filled;
+  noteReceived(frames.first(filled));
   return filled;
 }
 

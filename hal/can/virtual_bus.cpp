@@ -34,7 +34,7 @@ std::size_t VirtualBus::Port::send(std::span<const CanFrame> frames) noexcept {
     }
   }
   const std::size_t left = frames.size() - taken;
-  noteSend(taken, wire_.blocked ? left : 0, wire_.blocked ? 0 : left);
+  noteSend(frames.first(taken), wire_.blocked ? left : 0, wire_.blocked ? 0 : left);
   return taken;
 }
 
@@ -46,7 +46,7 @@ std::size_t VirtualBus::Port::receive(std::span<CanFrame> frames) noexcept {
     if (frames[filled].error)
       noteError(frames[filled]);
   }
-  counters_.received += filled;
+  noteReceived(frames.first(filled));
   return filled;
 }
 

@@ -8,9 +8,6 @@
 namespace tandem::hal {
 namespace {
 
-/// Largest payload of a cyclic frame: controlword and target, or statusword and position.
-constexpr int kTypicalBytes = 6;
-
 canopen::NetworkOptions networkOptions(const HardwareConfig& config, int b, double heartbeat_budget) {
   canopen::NetworkOptions options;
   const BusConfig& bus = config.buses.at(static_cast<std::size_t>(b));
@@ -51,12 +48,10 @@ void CanopenBus::measureLoad(std::int64_t now) noexcept {
   if (window_ != 0 && now - window_ < kSecond)
     return;
   const can::BusCounters& counters = network_.bus().counters();
-  const std::uint64_t frames = counters.sent + counters.received;
-  if (window_ != 0) {
-    const double seconds = 1e-9 * static_cast<double>(now - window_);
-    load_ = static_cast<double>(frames - frames_) * frameBits(kTypicalBytes) / seconds / bit_rate_;
-  }
-  frames_ = frames;
+  const double bits = trafficBits(counters.sent + counters.received, counters.data_bytes);
+  if (window_ != 0)
+    load_ = (bits - bits_) / (1e-9 * static_cast<double>(now - window_)) / bit_rate_;
+  bits_ = bits;
   window_ = now;
 }
 

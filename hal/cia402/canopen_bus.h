@@ -55,8 +55,8 @@ class CanopenBus final : public Fieldbus {
   std::vector<std::unique_ptr<Cia402Driver>> drivers_;
   std::vector<int> axis_of_node_;  ///< by the network's index of the node
   double load_ = 0.0;  ///< used share of the bit rate, from the frames of the last second with the most stuff bits
-  std::uint64_t frames_ = 0;  ///< at the beginning of the window
-  std::int64_t window_ = 0;   ///< its beginning, ns
+  double bits_ = 0.0;  ///< of all frames at the beginning of the window
+  std::int64_t window_ = 0;  ///< its beginning, ns
 };
 
 /// One for each CAN bus, in order. @param buses open; they outlive the result.

@@ -10,6 +10,12 @@ namespace tandem::hal {
 
 int frameBits(int data_bytes) noexcept { return 8 * data_bytes + 47 + (34 + 8 * data_bytes - 1) / 4; }
 
+/// frameBits() is linear: 8 data bits of a byte, and two more stuff bits.
+double trafficBits(std::uint64_t frames, std::uint64_t data_bytes) noexcept {
+  const int per_byte = frameBits(1) - frameBits(0);
+  return static_cast<double>(frames) * frameBits(0) + static_cast<double>(data_bytes) * per_byte;
+}
+
 BusLoad computeLoad(const BusPlan& plan) {
   BusLoad result;
   double own_rate = 0.0;  // bit/s of the traffic that does not depend on the period

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,8 @@ namespace tandem::hal {
 
 /// Bits of the longest frame with so many data bytes (0 to 8).
 int frameBits(int data_bytes) noexcept;
+/// Bits of so many of these frames, with so many data bytes together.
+double trafficBits(std::uint64_t frames, std::uint64_t data_bytes) noexcept;
 
 /** Frames of one kind on a bus. */
 struct FrameStream {

@@ -37,6 +37,18 @@ TEST(BusLoad, FrameLengthsOfTheLiterature) {
   EXPECT_EQ(frameBits(8), 135);
 }
 
+TEST(BusLoad, BitsOfManyFramesAreTheSumOfTheirs) {
+  test::Random random(test::baseSeed());
+  std::uint64_t frames = 0, bytes = 0, bits = 0;
+  for (int k = 0; k < 1000; ++k) {
+    const int data = random.integer(0, 8);
+    ++frames;
+    bytes += static_cast<std::uint64_t>(data);
+    bits += static_cast<std::uint64_t>(frameBits(data));
+    ASSERT_EQ(trafficBits(frames, bytes), static_cast<double>(bits));
+  }
+}
+
 TEST(BusLoad, CyclesOfKnownBuses) {
   // Computed by hand: drives, encoders with 4 bytes, PDO of 6 or 8 bytes, s on a bus with 1 Mbit/s.
   EXPECT_NEAR(computeLoad(cyclic(6, 0, 6)).cycle_time, 1.435e-3, 1e-9);
