@@ -2,6 +2,7 @@
 /** @file tandem can monitor: the axes of a running tandem-hal, live. */
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -12,7 +13,9 @@
 #include "safety/operating_state.h"
 #include "services/cli/can/can.h"
 #include "services/client/client.h"
+#include "services/client/diagnostic_details.h"
 #include "services/client/lost_protections.h"
+#include "services/runtime/diagnostics.h"
 #include "services/runtime/process.h"
 #include "services/runtime/stop_signal.h"
 
@@ -45,8 +48,18 @@ Json axisJson(const client::Snapshot& s, const config::Arm& arm, std::size_t k, 
   json["temperature"] = std::isfinite(s.hal.axis_temperature[i]) ? Json(s.hal.axis_temperature[i]) : Json();
   json["limit_switch"] = name(static_cast<hal::LimitSwitch>(s.hal.axis_limit_switch[i]));
   json["guards"] = hal::describeGuards(s.hal.axis_guards[i]);
-  json["last_error"] = hal::describeErrorCode(s.hal.axis_error[i]);
+  // A node whose boot was refused has sent no error.
+  const bool failed = static_cast<hal::AxisPhase>(s.hal.axis_phase[i]) == hal::AxisPhase::kFailed;
+  json["operational"] = !failed;
+  json["last_error"] = failed && s.hal.axis_error[i] == 0 ? "not operational: its boot was refused, or it was lost"
+                                                          : hal::describeErrorCode(s.hal.axis_error[i]);
   return json;
+}
+
+/// `diagnostics` come once a second: those of a robot with a failed node are not there yet.
+bool misses(const client::Snapshot& s) {
+  const auto failed = [](auto phase) { return static_cast<hal::AxisPhase>(phase) == hal::AxisPhase::kFailed; };
+  return std::ranges::any_of(s.hal.axis_phase, failed) && client::diagnosticDetails(s, runtime::kFailedKey).empty();
 }
 
 Json monitorJson(const config::Robot& robot, const client::Snapshot& s) {
@@ -71,6 +84,7 @@ Json monitorJson(const config::Robot& robot, const client::Snapshot& s) {
     const auto i = static_cast<std::size_t>(g);
     json["guards"][std::string(hal::name(static_cast<hal::HardwareGuard>(g)))] = s.hal.hardware_count[i];
   }
+  json["failed"] = client::diagnosticDetails(s, runtime::kFailedKey);
   json["lost_protections"] = client::lostProtections(robot, s.hal);
   json["period_s"] = s.hal.period;
   json["jitter_max_s"] = s.hal.jitter_max;
@@ -107,12 +121,14 @@ std::string monitorText(const Json& json) {
   }
   int number = 0;
   for (const Json& bus : json["buses"]) {
-    text +=
-        line("bus %d: %s, load %.1f %%, arrived of the last 100 %.0f, dropped %llu, overflow %llu\n", ++number,
-             bus["state"].get<std::string>().c_str(), 100.0 * bus["load"].get<double>(),
-             100.0 * bus["success"].get<double>(), static_cast<unsigned long long>(bus["dropped"].get<std::uint64_t>()),
-             static_cast<unsigned long long>(bus["overflow"].get<std::uint64_t>()));
+    text += line(
+        "bus %d: %s, load %.1f %% (frames of the last second, most stuff bits), arrived of the last 100 %.0f, dropped "
+        "%llu, overflow %llu\n",
+        ++number, bus["state"].get<std::string>().c_str(), 100.0 * bus["load"].get<double>(),
+        100.0 * bus["success"].get<double>(), static_cast<unsigned long long>(bus["dropped"].get<std::uint64_t>()),
+        static_cast<unsigned long long>(bus["overflow"].get<std::uint64_t>()));
   }
+  text += client::describeFailed(json["failed"], "");
   text += "guards since start:";
   for (const auto& [guard, count] : json["guards"].items()) {
     if (count.get<std::uint64_t>() > 0)
@@ -135,7 +151,8 @@ int monitor(const MonitorCommand& options) {
   }
   if (client.snapshot().hal.bus_count == 0)
     throw Failure(kFailure, "no CAN buses: tandem-sim is running, not tandem-hal; use `tandem status`");
-  constexpr double kRefresh = 0.2;  // s
+  constexpr double kRefresh = 0.2, kDiagnostics = 2.5;  // s
+  client.waitFor(kDiagnostics, [](const client::Snapshot& s) { return !misses(s); });
   do {
     const Json json = monitorJson(robot, client.snapshot());
     if (live)

@@ -25,6 +25,7 @@
 #include "services/cli/robot/status_print.h"
 #include "services/cli/robot/status_table.h"
 #include "services/cli/subcommand.h"
+#include "services/client/diagnostic_details.h"
 #include "services/client/lost_protections.h"
 #include "services/client/motions.h"
 #include "services/client/run_summary.h"
@@ -96,18 +97,6 @@ nlohmann::ordered_json clearanceJson(const config::Robot& robot, const dds::Clea
   return json;
 }
 
-/// Values of all services' diagnostics whose keys begin like this, by service and by the rest of the key.
-nlohmann::ordered_json detailsJson(const client::Snapshot& s, const std::string& key) {
-  nlohmann::ordered_json json = nlohmann::ordered_json::object();
-  for (const auto& [service, status] : s.diagnostics) {
-    for (const auto& [name, value] : status.values) {
-      if (name.starts_with(key))
-        json[service][name.substr(key.size())] = value;
-    }
-  }
-  return json;
-}
-
 /// Method as control describes it; a foreign method with its name and library.
 std::string methodText(const client::Snapshot& s) {
   const std::string method(control::name(static_cast<control::Method>(s.status.method)));
@@ -166,8 +155,8 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment,
   json["guards"] = guards;
   json["lost_protections"] = client::lostProtections(robot, s.hal);
   json["unconfirmed"] = client::unconfirmedPositions(robot, s.hal, s.state);
-  json["failed"] = detailsJson(s, runtime::kFailedKey);
-  json["dropped"] = detailsJson(s, runtime::kDroppedKey);
+  json["failed"] = client::diagnosticDetails(s, runtime::kFailedKey);
+  json["dropped"] = client::diagnosticDetails(s, runtime::kDroppedKey);
   json["diagnostics"] = diagnosticsJson(s);
   json["domain"] = deployment.domain;
   json["prefix"] = deployment.prefix;

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "services/cli/robot/processes.h"
+#include "services/client/diagnostic_details.h"
 #include "services/client/lost_protections.h"
 #include "services/client/run_summary.h"
 #include "services/client/unconfirmed_positions.h"
@@ -120,10 +121,7 @@ void printStatus(const nlohmann::ordered_json& json) {
   std::printf("\n");
   std::fputs(client::describeLost(json["lost_protections"], "  ").c_str(), stdout);
   std::fputs(client::describeUnconfirmed(json["unconfirmed"], "  ").c_str(), stdout);
-  for (const auto& [service, devices] : json["failed"].items()) {
-    for (const auto& [device, why] : devices.items())
-      std::printf("  %s failed: %s\n", device.c_str(), why.get<std::string>().c_str());
-  }
+  std::fputs(client::describeFailed(json["failed"], "  ").c_str(), stdout);
   for (const auto& [service, topics] : json["dropped"].items()) {
     for (const auto& [topic, what] : topics.items())
       std::printf("  malformed samples dropped by %s: %s: %s\n", service.c_str(), topic.c_str(),

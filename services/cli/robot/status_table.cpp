@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "idl/enumerations.h"
+#include "services/client/diagnostic_details.h"
 
 namespace tandem::cli {
 namespace {
@@ -57,10 +58,7 @@ std::string warnings(const Json& json, bool colours) {
     if (!text(arm, "drive_fault").empty())
       warn(text(arm, "name") + ": drives: " + text(arm, "drive_fault"), kRed);
   }
-  for (const Json& devices : json["failed"]) {
-    for (const auto& [device, why] : devices.items())
-      warn(device + " failed: " + why.get<std::string>(), kRed);
-  }
+  all += coloured(client::describeFailed(json["failed"], ""), kRed, colours);
   for (const Json& body : json["clearance"]) {
     if (body["distance_m"].get<double>() < 0.0)
       warn(fmt::format("{} and {} overlap by {:.3f} mm", text(body, "arm"), text(body, "other"),

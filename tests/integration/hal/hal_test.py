@@ -111,6 +111,23 @@ class Session(HalTest):
         self.assertEqual({drive["limit_hits"] for bus in "ab" for drive in self.drives(bus)}, {0})
 
 
+class RefusedBoot(HalTest):
+    def test_the_monitor_says_why_a_node_is_not_operational(self):
+        for bus in "ab":
+            self.drive_sim(bus)
+        text = self.hardware.read_text().replace("bus: bus_a, node: 2,", "bus: bus_a, node: 2, serial: 4711,")
+        self.hardware.write_text(text)
+        running = self.start_hal()
+        reason = "arm_a translation 2 (node 2): serial number 1018:04: found 1002 (0x3EA), expected 4711 (0x1267)"
+
+        system.until(lambda: self.monitor(running)["failed"] == {"tandem-hal": {"arm_a translation 2": reason}}, 60,
+                     "the monitor has the reason")
+        axes = self.monitor(running)["axes"]
+        self.assertEqual([k for k, axis in enumerate(axes) if not axis["operational"]], [1])
+        self.assertEqual(axes[1]["last_error"], "not operational: its boot was refused, or it was lost")
+        self.assertIn("arm_a translation 2 failed: " + reason, self.assert_ok(system.run("can", "monitor", running.path, "--once")).stdout)
+
+
 class Withdrawal(HalTest):
     def test_an_arm_with_a_dead_drive_comes_back(self):
         for bus in "ab":
