@@ -142,6 +142,7 @@ sim::drives::LoadSpec loadOf(const hal::AxisConfig& axis) {
 DriveSpec driveOf(const hal::AxisConfig& axis) {
   const hal::AxisUnits units(axis.gearing, axis.units);
   DriveSpec spec;
+  spec.counts_per_revolution = axis.gearing.counts_per_revolution;
   spec.velocity_unit = units.countsPerVelocityNumber();
   spec.acceleration_unit = units.countsPerAccelerationNumber();
   spec.id = static_cast<std::uint8_t>(axis.node);

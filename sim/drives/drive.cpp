@@ -78,8 +78,13 @@ Drive::Drive(const DriveSpec& spec, const Eds& eds)
     switches.negative = spec.motor.low;
   if (switches.at_ends && !switches.positive && std::isfinite(spec.motor.high))
     switches.positive = spec.motor.high;
-  const double counts = static_cast<double>(dictionary().require(0x608F, 1).value) /
-                        std::max<double>(1.0, static_cast<double>(dictionary().require(0x608F, 2).value));
+  if (spec.counts_per_revolution > 0.0 && !dictionary().hasIndex(0x608F)) {
+    for (const std::uint8_t sub : {1, 2}) {
+      Entry& entry = dictionary().require(0x608F, sub);
+      entry.value = entry.info.value = sub == 1 ? std::llround(spec.counts_per_revolution) : 1;
+    }
+  }
+  const double counts = countsPerRevolution();
   spec_.velocity_unit = unitOf(dictionary().visible({0x60A9, 0}), counts, spec.velocity_unit);
   spec_.acceleration_unit = unitOf(dictionary().visible({0x60AA, 0}), counts, spec.acceleration_unit);
   zero_ = spec.incremental ? -motor_.position() : 0.0;
@@ -290,11 +295,6 @@ void Drive::fail(std::uint16_t code, ErrorBit bit) noexcept {
   }
   enter(DriveState::kFaultReaction);
   brakeTo(accelerationOf(option == 1 ? 0x6084 : 0x6085), DriveState::kFault, false);
-}
-
-double Drive::temperatureLimit() const noexcept {
-  constexpr double kOfOthers = 110.0;
-  return temperature_limit_ == nullptr ? kOfOthers : static_cast<double>(temperature_limit_->value);
 }
 
 bool Drive::causePersists() const noexcept {

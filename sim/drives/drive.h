@@ -47,6 +47,7 @@ struct DriveSpec {
   /// Counts/s and counts/s^2 in one unit of the objects with velocities and accelerations, if the data sheet does not
   /// state it (60A9, 60AA); 0: 1.
   double velocity_unit = 0.0, acceleration_unit = 0.0;
+  double counts_per_revolution = 0.0;  ///< of the motor, if the data sheet has no 608F; 0: that of the built-in drive
   Habits habits;
   std::optional<BrakeSpec> brake;
   LoadSpec load;                   ///< of a further encoder, at the joint, that the drive reads

@@ -25,6 +25,11 @@ std::int32_t SensorFaults::distort(double value, std::int32_t& held, std::mt1993
   return held;
 }
 
+double Drive::temperatureLimit() const noexcept {
+  constexpr double kOfOthers = 110.0;
+  return temperature_limit_ == nullptr ? kOfOthers : static_cast<double>(temperature_limit_->value);
+}
+
 void Drive::refresh() noexcept {
   actual_.value = sensor.distort(position(), held_reading_, random_);
   load_actual_.value = load_.wrapped(round32(load_.position()));

@@ -60,6 +60,8 @@ TEST(BusSpec, SimulatedBusStartsAtEncoderZero) {
       if (axis.bus != static_cast<int>(b))
         continue;
       const hal::AxisUnits drive(axis.gearing), encoder(axis.encoder->gearing);
+      EXPECT_EQ(spec.drives[checked].counts_per_revolution, axis.gearing.counts_per_revolution);
+      EXPECT_EQ(spec.drives[checked].temperature.index, axis.temperature_index);
       ASSERT_EQ(bus.encoders()[checked]->id(), axis.encoder->node);
       EXPECT_EQ(bus.encoders()[checked]->position(), 0.0);
       // One count of the drive moves the encoder by the same joint distance.

@@ -104,6 +104,21 @@ TEST(ObjectDictionary, KeepsObjectsOfOtherManufacturersAsData) {
   EXPECT_EQ(stateAfterBoot(bare), DriveState::kSwitchOnDisabled);
 }
 
+/// Without 608F the counts of a revolution are those of the hardware file; a sheet that has it, decides.
+TEST(ObjectDictionary, TakesTheCountsOfARevolutionFromTheSheetThatHasThem) {
+  Eds without = driveEds();
+  std::erase_if(without.objects, [](const EdsObject& object) { return object.address.index == 0x608F; });
+  DriveSpec spec;
+  spec.counts_per_revolution = 16384.0;
+  Drive other(spec, without);
+  other.powerOn(0);
+  EXPECT_EQ(other.dictionary().require(0x608F, 1).value, 16384);
+  EXPECT_EQ(other.dictionary().checkRead({0x608F, 1}), SdoAbort::kNoObject);
+  EXPECT_EQ(Drive(spec, driveEds()).dictionary().require(0x608F, 1).value, driveEds().find({0x608F, 1})->value);
+  spec.counts_per_revolution = 0.0;
+  EXPECT_EQ(Drive(spec, without).dictionary().require(0x608F, 1).value, driveEds().find({0x608F, 1})->value);
+}
+
 TEST(ObjectDictionary, ShowsTheTemperatureWhereAProfileNamesIt) {
   DriveSpec spec;
   spec.temperature = {0x2001, 0};
