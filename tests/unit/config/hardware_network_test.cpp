@@ -50,6 +50,33 @@ TEST(HardwareNetwork, ABusHasASyncCounterAndDrivesAreGuardedWhereTheFileAsks) {
               3 * ((hal::frameBits(0) + hal::frameBits(1)) / 0.033 - hal::frameBits(1) / plain.node_heartbeat), 1.0);
 }
 
+TEST(HardwareNetwork, AnAxisAcceptsTheLossOfProtectionsWithAReason) {
+  const std::string first = "{arm: arm_a, tube: 1, bus: bus_a, node: 1,";
+  const auto with = [&](const std::string& entry) {
+    return replaced(twoBuses(), first, first + " accept: [" + entry + "],");
+  };
+  const hal::HardwareConfig hardware = loadNetwork(with("{protection: heartbeat_watch, reason: 'a relay'}"));
+  ASSERT_EQ(hardware.axes[0].accepted.size(), 1u);
+  EXPECT_EQ(hardware.axes[0].accepted[0].protection, hal::Protection::kHeartbeatWatch);
+  EXPECT_EQ(hardware.axes[0].accepted[0].reason, "a relay");
+  EXPECT_TRUE(hardware.axes[1].accepted.empty());
+  const auto expect = [&](const std::string& entry, std::size_t offset, const std::string& place,
+                          const std::string& message) {
+    expectRefusal(
+        twoBuses(),
+        {first, first + " accept: [" + entry + "],", entry, offset, "translations[0].axes[0].accept" + place, message},
+        [](const auto& file) { loadHardware(file); });
+  };
+  const auto refused = [&](const std::string& entry, std::size_t offset, const std::string& key,
+                           const std::string& message) { expect(entry, offset, "[0]." + key, message); };
+  refused("{protection: luck, reason: x}", 13, "protection",
+          "found the text \"luck\", expected one of command_deadline");
+  refused("{protection: heartbeat_watch}", 0, "reason", "the key is missing");
+  refused("{protection: heartbeat_watch, reason: '  '}", 38, "reason", "found nothing but blanks");
+  const std::string twice = "{protection: heartbeat_watch, reason: a relay}, {protection: heartbeat_watch, reason: b}";
+  expect(twice, 61, "[1].protection", "found heartbeat_watch a second time");
+}
+
 /// `tandem validate` foretells what tandem-hal will refuse, from the profiles of the drives.
 TEST(HardwareNetwork, ProfilesForetellWhatSomebodyHasToAccept) {
   const Folder folder;

@@ -51,30 +51,6 @@ TEST(Hardware, ThePresetMapsEveryJointOnce) {
   EXPECT_NEAR(hardware.axes[11].encoder->gearing.offset, -270 * kDeg, 1e-15);
 }
 
-TEST(Hardware, AnAxisAcceptsTheLossOfProtectionsWithAReason) {
-  const std::string first = "{arm: arm_a, tube: 1, bus: bus_a, node: 1,";
-  const auto with = [&](const std::string& entry) {
-    return replaced(good(), first, first + " accept: [" + entry + "],");
-  };
-  const hal::HardwareConfig hardware = loadText(with("{protection: heartbeat_watch, reason: 'a relay'}"));
-  ASSERT_EQ(hardware.axes[0].accepted.size(), 1u);
-  EXPECT_EQ(hardware.axes[0].accepted[0].protection, hal::Protection::kHeartbeatWatch);
-  EXPECT_EQ(hardware.axes[0].accepted[0].reason, "a relay");
-  EXPECT_TRUE(hardware.axes[1].accepted.empty());
-  const auto refused = [&](const std::string& entry, std::size_t offset, const std::string& key,
-                           const std::string& message) {
-    expectHardwareRefusal({first, first + " accept: [" + entry + "],", entry, offset,
-                           "translations[0].axes[0].accept[0]." + key, message});
-  };
-  refused("{protection: luck, reason: x}", 13, "protection",
-          "found the text \"luck\", expected one of command_deadline");
-  refused("{protection: heartbeat_watch}", 0, "reason", "the key is missing");
-  refused("{protection: heartbeat_watch, reason: '  '}", 38, "reason", "found nothing but blanks");
-  const std::string twice = "{protection: heartbeat_watch, reason: a relay}, {protection: heartbeat_watch, reason: b}";
-  expectHardwareRefusal({first, first + " accept: [" + twice + "],", twice, 61,
-                         "translations[0].axes[0].accept[1].protection", "found heartbeat_watch a second time"});
-}
-
 TEST(Hardware, LimitsAreThoseOfRobotAndDrive) {
   const hal::HardwareConfig hardware = loadHardware(hardwarePreset());
   const Robot robot = loadRobot(presets() / "robots/ark2024.yaml");
