@@ -387,7 +387,7 @@ void Drive::monitor(double dt) noexcept {
   const double error = std::abs(demand_ - position());
   record_.max_following_error = std::max(record_.max_following_error, error);
   const auto window = static_cast<std::uint32_t>(dictionary().require(0x6065).value);
-  if (window == 0xFFFFFFFF || error <= window) {
+  if (!dictionary().hasIndex(0x6065) || window == 0xFFFFFFFF || error <= window) {
     error_time_ = 0.0;
     return;
   }

@@ -17,10 +17,14 @@ double Drive::velocityOf(std::uint16_t index, std::uint8_t sub) noexcept {
   return spec_.velocity_unit * number(dictionary().require(index, sub));
 }
 
-/// The smaller of 607F and 6080, which is in rpm.
+/// The smaller of 607F and 6080, which is in rpm; those that the drive lacks limit nothing.
 double Drive::fastest() noexcept {
-  const double motor = number(dictionary().require(0x6080)) / 60.0 * countsPerRevolution();
-  return std::min(velocityOf(0x607F), motor);
+  double most = spec_.motor.max_velocity;
+  if (dictionary().hasIndex(0x607F))
+    most = std::min(most, velocityOf(0x607F));
+  if (dictionary().hasIndex(0x6080))
+    most = std::min(most, number(dictionary().require(0x6080)) / 60.0 * countsPerRevolution());
+  return most;
 }
 
 double Drive::accelerationOf(std::uint16_t index, std::uint8_t sub) noexcept {

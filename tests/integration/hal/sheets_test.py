@@ -30,7 +30,7 @@ class Sheets(system.SystemTest):
 
     def test_a_drive_that_is_played_by_a_sheet_is_as_the_sheet_says(self):
         sheets = sorted(SHEETS.glob("*.eds"))
-        self.assertEqual(len(sheets), 4)
+        self.assertEqual(len(sheets), 6)
         for sheet in sheets:
             with self.subTest(sheet.name):
                 address, log = self.play(sheet)

@@ -17,6 +17,10 @@ EXPECTED = {
     "mc3-like": (3, ["command_deadline", "quick_stop_ramp"], ["without quick_stop_ramp"],
                  ["read as octal (CiA 306): 8, not 10", "Latin-1", "'DataType' is in this section already"]),
     "gold-like": (0, ["command_deadline"], [], ["SupportedObjects: found 58, expected 56", "control Z"]),
+    # CompactPDO instead of sections of PDOs.
+    "c5e-like": (0, ["command_deadline"], [], []),
+    # Neither cyclic synchronous modes nor units.
+    "accelnet-like": (0, ["command_deadline", "fault_reaction", "speed_limit"], [], []),
     "ipos-like": (3, ["command_deadline", "connection_reaction", "quick_stop_ramp", "fault_reaction", "speed_limit"],
                   ["without connection_reaction", "without quick_stop_ramp"],
                   ["byte order mark", "0x6510 is listed and has no section", "[100D] is in none of the lists",
