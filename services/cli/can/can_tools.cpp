@@ -66,7 +66,8 @@ int budget(const CanOptions& options) {
     std::cout << json.dump(2) << '\n';
   else
     std::printf(
-        "counted: the longest frames (most stuff bits), all heartbeats, and the SDO requests that the plan permits while "
+        "counted: the longest frames (most stuff bits), all heartbeats, and the SDO requests that the plan permits "
+        "while "
         "an arm has power; tandem can monitor shows the frames of the last second, with as many bits each\n");
   return fits ? kOk : kFailure;
 }

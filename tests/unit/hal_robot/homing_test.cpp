@@ -54,7 +54,8 @@ TEST(Homing, CarriagesKeepEquationOneOnTheWay) {
   ASSERT_TRUE(system.enable()) << system.story();
 }
 
-/// Methods of a manufacturer, as a profile describes them: the simulated drives run them, the HAL knows only their number.
+/// Methods of a manufacturer, as a profile describes them: the simulated drives run them, the HAL knows only their
+/// number.
 TEST(Homing, OfTheManufacturerEndsAtTheMechanicalStop) {
   for (const bool index : {false, true}) {
     SCOPED_TRACE(index);

@@ -251,8 +251,8 @@ TEST(HomingMethods, OfAManufacturerEndAtTheMechanicalStop) {
         switches.at_ends = false;
         switches.index = random.uniform(0.0, 4096.0);
         const double stop = direction * random.uniform(10e3, 20e3);
-        BusSpec bus = Bench::spec(random.uniform(-9e3, 9e3), switches, direction < 0 ? stop : kLow,
-                                  direction > 0 ? stop : kHigh);
+        BusSpec bus =
+            Bench::spec(random.uniform(-9e3, 9e3), switches, direction < 0 ? stop : kLow, direction > 0 ? stop : kHigh);
         const int method = random.integer(-128, -1);
         bus.drives[0].stop_number = method;
         bus.drives[0].stop_method = HomingMethod::toStop(direction, index);
