@@ -22,7 +22,8 @@ std::string count(std::size_t number, const std::string& what, const std::string
 }
 
 std::string shapeName(const planning::Shape& shape) {
-  constexpr const char* kNames[] = {"rectangle", "lissajous", "circle", "line", "waypoints"};
+  constexpr const char* kNames[] = {"rectangle", "lissajous", "circle", "line", "waypoints", "insertion"};
+  static_assert(std::size(kNames) == std::variant_size_v<planning::Shape>);
   return kNames[shape.index()];
 }
 

@@ -77,6 +77,8 @@ planning::Shape readShape(const Map& map, const std::filesystem::path& folder) {
     return readCircle(map.map("circle"));
   if (map.has("line"))
     return readLine(map.map("line"));
+  if (map.has("insertion"))
+    return map.map("insertion").read<planning::Insertion>();
   if (map.has("waypoints"))
     return map.map("waypoints").read<planning::Waypoints>();
   return readCsv(map.map("csv"), folder);
@@ -175,6 +177,8 @@ planning::TrajectorySpec readTrajectory(const Map& map, const std::filesystem::p
   if (spec.arm_name == spec.other_arm_name)
     map.fail(map.has("other_arm") ? "other_arm" : "arm", planning::kSameArmTwice);
   spec.shape = readShape(map.map("shape"), folder);
+  if (!map.isWord("relative") && map.map("relative").has("insertion"))
+    map.map("relative").fail("insertion", "found the own path of an arm, expected a shape of a relative position");
   if (!map.isWord("relative"))
     spec.relative.push_back(readShape(map.map("relative"), folder));
   return spec;

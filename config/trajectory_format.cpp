@@ -58,6 +58,16 @@ struct ShapeWriter {
       put(out, point);
     out << YAML::EndSeq;
   }
+  void operator()(const planning::Insertion& shape) const {
+    open("insertion");
+    out << YAML::Key << "stages" << YAML::Value << YAML::BeginSeq;
+    for (const planning::InsertionStage& stage : shape.stages) {
+      out << YAML::Flow << YAML::BeginMap << YAML::Key << "tubes" << YAML::Value << stage.tubes;
+      put(out, "length_m", stage.length);
+      out << YAML::EndMap;
+    }
+    out << YAML::EndSeq;
+  }
   void open(const char* name) const { out << YAML::Key << name << YAML::Value << YAML::BeginMap; }
 };
 
@@ -81,15 +91,16 @@ void putShape(YAML::Emitter& out, const char* key, const planning::Shape& shape)
 void putFurther(YAML::Emitter& out, const planning::FurtherTask& task) {
   const std::string arm = nameOrLetter(task.arm_name, task.arm);
   const kinematics::TaskKindEntry& kind = *kinematics::findTaskKind(task.kind);
-  out << YAML::BeginMap << YAML::Key << std::string(kind.name) << YAML::Value << YAML::BeginMap;
+  out << YAML::BeginMap << YAML::Key << (task.follows_leader ? "follow_the_leader" : std::string(kind.name))
+      << YAML::Value << YAML::BeginMap;
   if (task.relative())
     out << YAML::Key << "arms" << YAML::Value << YAML::Flow
         << std::vector{arm, nameOrLetter(task.other_arm_name, task.other_arm)};
   else
     out << YAML::Key << "arm" << YAML::Value << arm;
-  if (kind.part == kinematics::TaskPart::kPosition)
+  if (kind.part == kinematics::TaskPart::kPosition && !task.follows_leader)
     put(out, kind.point == kinematics::TaskPoint::kShaft ? "point_m" : "target_m", task.target);
-  else
+  else if (!task.follows_leader)
     out << YAML::Key << "desired" << YAML::Value << headingName(task.heading);
   if (!task.waypoints.empty()) {
     out << YAML::Key << "waypoints" << YAML::Value << YAML::BeginSeq;

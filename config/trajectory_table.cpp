@@ -89,6 +89,25 @@ const Mapping kCsvTable{
              &planning::Waypoints::absolute),
     }};
 
+const Mapping kInsertionStageTable{
+    "insertion_stage",
+    "The innermost tubes advance together.",
+    {
+        integer("tubes", "number of tubes that advance; 1: the innermost alone", &planning::InsertionStage::tubes)
+            .required()
+            .within(1, kinematics::kMaxTubes),
+        positive("length", kLength, "by which they advance", &planning::InsertionStage::length)
+            .required()
+            .usually(kShort, kLong),
+    }};
+
+const Mapping kInsertionTable{
+    "insertion",
+    "The arm's own path: tubes advance without turning, one stage after the other. The tip goes where they take it.",
+    {mapping("stages", kInsertionStageTable, "in their order; the outer tubes first", &planning::Insertion::stages)
+         .required()
+         .list(1, 100)}};
+
 const Mapping kShapeTable{"shape",
                           "Exactly one of these.",
                           {
@@ -98,6 +117,7 @@ const Mapping kShapeTable{"shape",
                               mapping("line", kLineTable, "straight line"),
                               mapping("waypoints", kWaypointsTable, "polyline"),
                               mapping("csv", kCsvTable, "polyline from a file"),
+                              mapping("insertion", kInsertionTable, "the arm's own path; not of a relative position"),
                           },
                           true};
 
@@ -216,6 +236,14 @@ const Mapping kRemoteCentreTable{
         distanceToleranceField(),
     }};
 
+const Mapping kFollowTheLeaderTable{
+    "follow_the_leader",
+    "An arm whose shaft stays on its path: where it was at the start, and where its tip has gone since.",
+    {
+        armField("arm", "the arm that follows the shape", &Further::arm).required(),
+        distanceToleranceField(),
+    }};
+
 const Mapping kTaskTable{
     "task",
     "Exactly one of these.",
@@ -243,6 +271,10 @@ const Mapping kTaskTable{
                 kRemoteCentreTable,
                 "the shaft of an arm passes a point: two degrees of freedom",
                 &TrajectoryTask::remote_centre),
+        mapping("follow_the_leader",
+                kFollowTheLeaderTable,
+                "the shaft of the arm that follows the shape stays on its path: two degrees of freedom",
+                &TrajectoryTask::follow_the_leader),
         mapping("pose",
                 kPoseTable,
                 "position and orientation of a tip as one task: six degrees of freedom; takes the place of `tip`",

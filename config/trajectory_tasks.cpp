@@ -7,6 +7,9 @@
 namespace tandem::config {
 namespace {
 
+/// On the wire a remote centre whose point moves.
+constexpr const char* kFollowTheLeader = "follow_the_leader";
+
 /// The further tasks in the order of their table.
 constexpr std::pair<const char*, std::optional<TrajectoryFurther> TrajectoryTask::*> kFurther[] = {
     {"axis", &TrajectoryTask::axis},
@@ -14,6 +17,7 @@ constexpr std::pair<const char*, std::optional<TrajectoryFurther> TrajectoryTask
     {"relative_orientation", &TrajectoryTask::relative_orientation},
     {"look_at", &TrajectoryTask::look_at},
     {"remote_centre", &TrajectoryTask::remote_centre},
+    {kFollowTheLeader, &TrajectoryTask::follow_the_leader},
     {"pose", &TrajectoryTask::pose},
     {"relative_pose", &TrajectoryTask::relative_pose}};
 
@@ -31,11 +35,14 @@ void checkWaypoints(const Map& map, const TrajectoryFurther& from) {
 }
 
 planning::FurtherTask furtherOf(const Map& map, const char* name, const TrajectoryFurther& from) {
-  const kinematics::TaskKindEntry& kind = *kinematics::findTaskKind(name);
+  const bool follows = std::string_view(name) == kFollowTheLeader;
+  const kinematics::TaskKindEntry& kind =
+      follows ? *kinematics::findTaskKind(planning::TaskKind::kRemoteCentre) : *kinematics::findTaskKind(name);
   if (kind.hasOrientation())
     checkWaypoints(map.map(name), from);
   planning::FurtherTask task;
   task.kind = kind.kind;
+  task.follows_leader = follows;
   task.heading = from.desired;
   task.waypoints = from.waypoints;
   task.target = from.target;
@@ -73,6 +80,7 @@ void readTasks(const Map& map, planning::TrajectorySpec& spec) {
   }
   const std::vector<Map> tasks = map.maps("tasks");
   const int tip = placeOf(map, tasks, "tip"), relative = placeOf(map, tasks, "relative");
+  placeOf(map, tasks, kFollowTheLeader);
   const auto pose = std::ranges::find_if(tasks, [](const Map& task) { return task.has("pose"); });
   spec.tip_task = tip >= 0;
   if ((!spec.tip_task && pose == tasks.end()) || (spec.tip_task && relative > tip))
@@ -98,6 +106,8 @@ void readTasks(const Map& map, planning::TrajectorySpec& spec) {
         continue;
       spec.further.push_back(furtherOf(tasks[k], name, *(task.*member)));
       spec.further.back().priority = static_cast<int>(k);
+      if (spec.further.back().follows_leader && spec.further.back().arm_name != spec.arm_name)
+        tasks[k].map(name).fail("arm", "found another arm than the one that follows the shape, expected the same");
     }
   }
 }

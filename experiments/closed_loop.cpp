@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "experiments/simulated_robot.h"
+#include "planning/insertion.h"
 
 namespace tandem::experiments {
 namespace {
@@ -16,10 +17,13 @@ class Controller {
       : options_(options), tracker_(make(robot, model, method, options)) {}
 
   /// What planning judges the state with, as it does in its own process.
-  planning::TrajectoryPoint see(const SimulatedRobot& plant, const planning::TrajectorySpec& spec) {
+  const planning::TipFollower& see(const SimulatedRobot& plant) {
     if (!tracker_.computeTips(plant.position(), track_))
       refuse();
-    return planning::pointAt(spec, tracker_.tips(), sensor() ? &plant.measuredTips() : nullptr);
+    return tracker_.tips();
+  }
+  const planning::MeasuredTips* measured(const SimulatedRobot& plant) const {
+    return sensor() ? &plant.measuredTips() : nullptr;
   }
 
   /// @return whether the arms shall move.
@@ -29,7 +33,7 @@ class Controller {
       tracker_.hold(q, setpoint, planning::TrackStatus::kSensor, track_);
       return false;
     }
-    tracker_.step(q, setpoint, reference, sensor() ? &plant.measuredTips() : nullptr, track_);
+    tracker_.step(q, setpoint, reference, measured(plant), track_);
     if (track_.status == planning::TrackStatus::kModel)
       refuse();
     return true;
@@ -128,13 +132,15 @@ planning::Progress runLoop(const config::Robot& robot,
   SimulatedRobot plant(robot, model, plan.start, options);
   Controller controller(robot, model, plan.key.method, options);
   planning::Follower follower(options.control_period);
-  planning::TrajectoryPoint at = controller.see(plant, plan.trajectory);
+  planning::TrajectorySpec trajectory = plan.trajectory;
+  planning::setInsertion({model.models(), model.limits()}, plant.position(), trajectory);
+  const planning::TrajectoryPoint at = planning::pointAt(trajectory, controller.see(plant), controller.measured(plant));
   if (plan.points.empty())
-    follower.start(plan.trajectory, at, plan.postures);
+    follower.start(trajectory, at, plan.postures);
   else
-    follower.startAt(plan.trajectory, at, plan.points, plan.postures);
+    follower.startAt(trajectory, at, plan.points, plan.postures);
   StepData data;
-  while (follower.update(at, data.reference)) {
+  while (follower.update(controller.see(plant), controller.measured(plant), data.reference)) {
     const std::uint64_t actions = plant.gateActions();
     const bool moving = controller.step(plant, data.reference);
     const control::Solution& solution = controller.solution();
@@ -152,7 +158,6 @@ planning::Progress runLoop(const config::Robot& robot,
     data.active_limits = static_cast<std::uint32_t>(solution.active_count);
     data.gate_actions = plant.gateActions() - actions;
     after({data, plant, follower.progress(), !moving});
-    at = controller.see(plant, plan.trajectory);
   }
   return follower.progress();
 }

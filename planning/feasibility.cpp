@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <stdexcept>
 
 #include "planning/detail/index.h"
 #include "planning/detail/step_path.h"
 #include "planning/detail/trajectory_start.h"
+#include "planning/insertion.h"
 
 namespace tandem::planning {
 namespace {
@@ -44,6 +46,11 @@ class Walker {
 
   PointReport step(int number, const TrajectoryPoint& point, const safety::RobotVector& q) {
     const std::vector<TipTarget> targets = targetsOf(point);
+    if (const auto* insertion = std::get_if<Insertion>(&spec_.shape)) {
+      const IkAnswer own = judge_.judge(targets, insertion->joints[at(number - 1)], branches_);
+      if (own.reach == Reach::kReached)
+        return take(number, point, own);
+    }
     IkAnswer answer = near_.solve(targets, q, branches_, true);
     const bool reached = answer.reach == Reach::kReached;
     if (reached && follow(last_, point, q, answer, options_.halvings))
@@ -71,12 +78,7 @@ class Walker {
       answer.reason =
           "not reachable continuously from the previous point, only with a different configuration of the arms";
     }
-    edge_ = answer.reach;
-    PointReport report = reportOf(number, point, answer);
-    if (answer.reach == Reach::kReached)
-      branches_ = answer.branches;
-    last_ = {report.tip, report.actual_relative};
-    return report;
+    return take(number, point, answer);
   }
 
   /// Simulates control steps along the whole trajectory from the start. @return whether they reach all points.
@@ -104,6 +106,15 @@ class Walker {
   }
 
  private:
+  /// Continues from an answer.
+  PointReport take(int number, const TrajectoryPoint& point, const IkAnswer& answer) {
+    edge_ = answer.reach;
+    PointReport report = reportOf(number, point, answer);
+    if (answer.reach == Reach::kReached)
+      branches_ = answer.branches;
+    last_ = {report.tip, report.actual_relative};
+    return report;
+  }
   std::vector<TipTarget> targetsOf(const TrajectoryPoint& point) const {
     std::vector<TipTarget> targets{{spec_.arm, point.tip, {}}};
     if (spec_.hasRelative())
@@ -317,7 +328,7 @@ FeasibilityReport checkTrajectory(const Arms& arms,
                                   const FeasibilityOptions& options) {
   constexpr double kSingular = 1e-5;  // m/rad
   FeasibilityReport report;
-  const TrajectorySpec spec = trajectory.ofPositions();
+  TrajectorySpec spec = trajectory.ofPositions();
   if (std::string wrong = trajectory.wrongArms(arms.count()); !wrong.empty()) {
     report.start = "the trajectory's arms: " + wrong;
     return report;
@@ -326,6 +337,12 @@ FeasibilityReport checkTrajectory(const Arms& arms,
   report.start = begin.wrong;
   if (!begin.wrong.empty())
     return report;
+  try {
+    setInsertion(arms, start, spec);
+  } catch (const std::invalid_argument& error) {
+    report.start = error.what();
+    return report;
+  }
   const TrajectoryPoint first_place = positionsAt(spec, [&](int arm) { return begin.tips[at(arm)].pose; });
   report.rotation_conditioning = std::numeric_limits<double>::infinity();
   for (const int arm : spec.arms())

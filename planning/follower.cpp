@@ -38,6 +38,9 @@ struct Profile {
 void Follower::start(const TrajectorySpec& spec,
                      const TrajectoryPoint& measured,
                      std::vector<safety::RobotVector> postures) {
+  const auto* insertion = std::get_if<Insertion>(&spec.shape);
+  if (insertion != nullptr && postures.empty())
+    postures = insertion->joints;
   startAt(spec, measured, sample(spec, measured), std::move(postures));
 }
 
@@ -61,6 +64,7 @@ void Follower::startAt(const TrajectorySpec& spec,
   for (std::size_t i = 1; i < points_.size(); ++i) {
     arc_length_[i] = arc_length_[i - 1] + (points_[i].tip - points_[i - 1].tip).norm();
   }
+  leader_.clear();
   path_time_ = 0.0;
   passed_.clear();
   passed_.reserve(points_.size());
@@ -92,11 +96,40 @@ double Follower::errorOf(const TrajectoryPoint& wanted, const TrajectoryPoint& m
   double error = std::max((wanted.tip - measured.tip).norm(), (wanted.relative - measured.relative).norm());
   for (std::size_t k = 0; k < spec_.further.size(); ++k) {
     const FurtherTask& task = spec_.further[k];
-    if (std::isfinite(task.tolerance))
-      error = std::max(error, spec_.tolerance / task.tolerance *
-                                  kinematics::findTaskKind(task.kind)->error(measured.further[k], wanted.further[k]));
+    if (!std::isfinite(task.tolerance))
+      continue;
+    const double own = task.follows_leader
+                           ? progress_.further_error[k]  // of all points that the tip has passed
+                           : kinematics::findTaskKind(task.kind)->error(measured.further[k], wanted.further[k]);
+    error = std::max(error, spec_.tolerance / task.tolerance * own);
   }
   return error;
+}
+
+bool Follower::update(const TipFollower& tips, const MeasuredTips* measured, Reference& reference) noexcept {
+  for (std::size_t k = 0; k < spec_.further.size(); ++k) {
+    FurtherTask& task = spec_.further[k];
+    if (!task.follows_leader)
+      continue;
+    if (leader_.empty())
+      leader_.start(tips, task.arm);
+    // Points that the tip goes to lie on the straight continuation of the shaft until it is there.
+    while (leader_.passed() + 1 < progress_.point)
+      leader_.pass(points_[static_cast<std::size_t>(leader_.passed()) + 1].tip);
+    task.target = leader_.farthest(tips, task.arm);
+    wanted_.further[k].position = task.target;
+  }
+  return update(pointAt(spec_, tips, measured), reference);
+}
+
+void Follower::aimAtLeader() noexcept {
+  for (std::size_t k = 0; k < spec_.further.size(); ++k) {
+    const FurtherTask& task = spec_.further[k];
+    if (!task.follows_leader)
+      continue;
+    wanted_.further[k].position = task.target;
+    reference_.tasks[static_cast<std::size_t>(task.priority)].position = task.target;
+  }
 }
 
 bool Follower::update(const TrajectoryPoint& measured, Reference& reference) noexcept {
@@ -115,12 +148,14 @@ bool Follower::update(const TrajectoryPoint& measured, Reference& reference) noe
       ask(points_.front(), referenceTo(spec_, points_.front()));
     for (TaskReference& task : reference_.tasks)
       task.clearFeedForward();
+    aimAtLeader();
     reference = reference_;
     return true;
   }
   const bool running = spec_.following == Following::kPointByPoint ? nextPoint() : nextInstant(measured);
   if (running) {
     ++progress_.total_iterations;
+    aimAtLeader();
     reference = reference_;
   }
   return running;

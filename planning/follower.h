@@ -10,6 +10,7 @@
 
 #include "idl/enumerations.h"
 #include "planning/error_statistics.h"
+#include "planning/leader_path.h"
 #include "planning/reference.h"
 #include "planning/trajectory.h"
 
@@ -56,8 +57,9 @@ class Follower {
   explicit Follower(double period) : period_(period) {}
 
   /// Starts at the measured place of the tips: pointAt().
-  /// @param postures  planned joints of all arms, one vector per point (FeasibilityReport::path()); empty: references
-  /// have no posture. @throw std::invalid_argument as sample() does, or for another number of postures.
+  /// @param postures  planned joints of all arms, one vector per point (FeasibilityReport::path()); empty: those of an
+  /// insertion, references of other shapes have no posture. @throw std::invalid_argument as sample() does, or for
+  /// another number of postures.
   void start(const TrajectorySpec& spec,
              const TrajectoryPoint& measured,
              std::vector<safety::RobotVector> postures = {});
@@ -74,6 +76,8 @@ class Follower {
   /// Compares the measured state with the last reference and writes the next one. @return true with a new reference
   /// while running; while paused the last reference is kept without feed-forward.
   bool update(const TrajectoryPoint& measured, Reference& reference) noexcept;
+  /// The same at the place of tips, with the path of the leader in view where a task follows it. Allocates then.
+  bool update(const TipFollower& tips, const MeasuredTips* measured, Reference& reference) noexcept;
 
   const Progress& progress() const { return progress_; }
   /// Of the tasks in the order of the reference, m, rad for axes and orientations: kPointByPoint at the end of each
@@ -95,6 +99,8 @@ class Follower {
   void finish() noexcept;
   void judgePassed(const TrajectoryPoint& measured) noexcept;
   void ask(const TrajectoryPoint& at, const Reference& reference) noexcept;
+  /// Writes the present target of a task that follows the leader into the reference.
+  void aimAtLeader() noexcept;
   /// Segment of the path at arc length s, by the index of its end, and the fraction of it that is complete.
   std::pair<std::size_t, double> pieceAt(double s) const noexcept;
   TrajectoryPoint along(double s) const noexcept;
@@ -113,6 +119,7 @@ class Follower {
   std::vector<Passed> passed_;  ///< the first ones of points_, without the start; reserved for all
   Progress progress_;
   std::array<ErrorStatistics, kMaxTasks> errors_;
+  LeaderPath leader_;
   TrajectoryPoint wanted_;  ///< of the last reference
   double error_ = 0.0;      ///< errorOf() of the last update
   Reference reference_;

@@ -9,6 +9,7 @@
 #include "control/holding.h"
 #include "planning/detail/index.h"
 #include "planning/follower.h"
+#include "planning/insertion.h"
 #include "safety/gate.h"
 
 namespace tandem::planning {
@@ -23,6 +24,7 @@ class IdealJoints {
       gates_.emplace_back(*limits);
   }
 
+  const Arms& arms() const { return arms_; }
   const safety::RobotVector& position() const { return q_; }
 
   /// @return false if the gate refuses.
@@ -99,16 +101,15 @@ class Run {
         tracker_(arms.models, arms.limits, options.method, options.parameters, options.gains),
         follower_(options.parameters.period) {}
 
-  Rehearsal go(const TrajectorySpec& spec, const std::vector<safety::RobotVector>& postures) {
+  Rehearsal go(TrajectorySpec spec, const std::vector<safety::RobotVector>& postures) {
     if (!look())
       return end(RehearsalEnd::kInvalid, "the start: " + std::string(kinematics::describe(track_.model)));
-    const auto place = [&] { return pointAt(spec, tracker_.tips(), nullptr); };
-    TrajectoryPoint at = place();
-    follower_.start(spec, at, postures);
+    setInsertion(joints_.arms(), joints_.position(), spec);
+    follower_.start(spec, pointAt(spec, tracker_.tips(), nullptr), postures);
     result_.points = follower_.progress().point_count;
     int point = 0;
     result_.path.add(0, {joints_.position(), 0});
-    for (; follower_.update(at, reference_); at = place()) {
+    while (follower_.update(tracker_.tips(), nullptr, reference_)) {
       if (options_.cancelled && options_.cancelled())
         return end(RehearsalEnd::kCancelled, {});
       if (const int now = follower_.progress().point; now != point) {

@@ -55,6 +55,14 @@ struct Outline {
     }
     return line;
   }
+  Polyline operator()(const Insertion& insertion) const {
+    if (insertion.tips.empty())
+      throw std::invalid_argument(
+          "insertion: found no joints, expected those at the start, from which its path follows");
+    Polyline line{start};
+    line.insert(line.end(), insertion.tips.begin(), insertion.tips.end());
+    return line;
+  }
 };
 
 /// `count` points after the first, evenly spaced along a polyline; all equal to the start if its length is zero.
@@ -97,7 +105,9 @@ std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec, const Trajectory
   const Polyline tip = std::visit(Outline{start.tip}, spec.shape);
   if (!(lengthOf(tip) > 0.0))
     throw std::invalid_argument("trajectory '" + spec.name + "' has no length");
-  const Polyline tips = resample(tip, spec.point_count);
+  const auto* insertion = std::get_if<Insertion>(&spec.shape);
+  const bool given = insertion != nullptr && static_cast<int>(insertion->tips.size()) == spec.point_count;
+  const Polyline tips = given ? insertion->tips : resample(tip, spec.point_count);
   Polyline relatives(tips.size(), start.relative);
   if (!spec.relative.empty()) {
     relatives = resample(std::visit(Outline{start.relative}, spec.relative.front()), spec.point_count);

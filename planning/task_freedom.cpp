@@ -10,8 +10,13 @@
 namespace tandem::planning {
 namespace {
 
-/// The tasks at the place where the tips are.
-Reference presentTasks(const TrajectorySpec& spec, const TipFollower& tips) {
+/// The tasks at the place where the tips are; that of a shaft which follows its leader in the middle of the shaft.
+Reference presentTasks(TrajectorySpec spec, const TipFollower& tips) {
+  std::vector<kinematics::BackbonePoint> shaft;
+  for (FurtherTask& task : spec.further) {
+    if (task.follows_leader && tips.shaft(task.arm, 3, shaft) == kinematics::ModelStatus::kOk)
+      task.target = shaft[1].position;
+  }
   const TrajectoryPoint here = pointAt(spec, tips, nullptr);
   return referenceTo(spec, wantedAtStart(spec, here));
 }
@@ -65,6 +70,10 @@ std::vector<TaskFreedom> taskFreedom(const Arms& arms, const TrajectorySpec& spe
     tracker.step(q, q, reference, result);
     if (tracker.problem().task_count == reference.task_count)
       note(tracker.problem(), reference, static_cast<int>(k), all);
+  }
+  for (const FurtherTask& task : spec.further) {
+    if (const auto t = static_cast<std::size_t>(task.priority); t < all.size())
+      all[t].follows_leader = task.follows_leader;
   }
   return all;
 }

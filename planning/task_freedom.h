@@ -25,8 +25,11 @@ struct TaskFreedom {
   double least = 0.0;
   int least_point = 0;
 
+  /// A shaft that cannot be moved back to its path may be on it all the same: its deviation says what the tubes allow.
+  bool follows_leader = false;
+
   /// Nothing is left to it at some point.
-  bool lost() const noexcept { return rank == 0; }
+  bool lost() const noexcept { return rank == 0 && !follows_leader; }
 };
 
 /** Freedom of every task of a trajectory, in the order of their priorities:

@@ -49,4 +49,19 @@ bool TipFollower::update(const safety::RobotVector& q) noexcept {
   return status_ == kinematics::ModelStatus::kOk;
 }
 
+kinematics::ModelStatus TipFollower::shaft(int arm, int count, std::vector<kinematics::BackbonePoint>& points) const {
+  const Arm& own = arms_[static_cast<std::size_t>(arm)];
+  const kinematics::ArmModel& model = *models_[static_cast<std::size_t>(arm)];
+  if (own.q.size() != model.jointCount())
+    return kinematics::ModelStatus::kWrongSize;
+  kinematics::BodySections sections;
+  const int last = model.sections(own.q, sections) - 1;
+  const double length = last < 0 ? 0.0 : sections[static_cast<std::size_t>(last)].end;
+  std::vector<double> s(static_cast<std::size_t>(count));
+  for (int i = 0; i < count; ++i)
+    s[static_cast<std::size_t>(i)] = length * i / (count - 1);
+  kinematics::Branch aside = own.branch;
+  return model.backbone(own.q, aside, s, false, points);
+}
+
 }  // namespace tandem::planning

@@ -43,6 +43,8 @@ class TipFollower {
   int jointCount() const noexcept { return offset_.back(); }
   /// Of the last update in which the model had a solution.
   const kinematics::Tip& tip(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].tip; }
+  /// Points of the arm's shaft at the joints of tip(), evenly spaced from the entry point to its end.
+  kinematics::ModelStatus shaft(int arm, int count, std::vector<kinematics::BackbonePoint>& points) const;
   /// Branch of the arm's model in that update.
   const kinematics::Branch& branch(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].branch; }
   /// Point of the arm's shaft nearest to a point (m, robot base frame), at the joints of tip(). Not thread-safe.

@@ -44,7 +44,23 @@ struct Waypoints {
   bool absolute = false;
 };
 
-using Shape = std::variant<Rectangle, Lissajous, Circle, Line, Waypoints>;
+/** Part of an insertion: the innermost tubes of an arm advance together. */
+struct InsertionStage {
+  int tubes = 1;        ///< number of tubes that advance: 1 the innermost alone
+  double length = 0.0;  ///< m, above zero
+};
+
+/** Path of the tip while tubes advance stage by stage and no tube turns: the arm's own path, which its shaft follows
+ * where the tubes allow it (Gilbert, Neimat & Webster 2015). Where the tips are follows from the joints at the start:
+ * see planning/insertion.h. */
+struct Insertion {
+  std::vector<InsertionStage> stages;
+  /// Of setInsertion(): the tip, m, and the joints of all arms, at each point after the start; empty before.
+  std::vector<Eigen::Vector3d> tips = {};
+  std::vector<safety::RobotVector> joints = {};
+};
+
+using Shape = std::variant<Rectangle, Lissajous, Circle, Line, Waypoints, Insertion>;
 
 /** Mode of execution of a trajectory. */
 enum class Following {
@@ -81,6 +97,9 @@ struct FurtherTask {
   std::vector<HeadingWaypoint> waypoints;                      ///< in ascending order; Heading::kWaypoints
   Eigen::Vector3d target = Eigen::Vector3d::Zero();            ///< of TaskPart::kPosition, m, robot base frame
   double tolerance = std::numeric_limits<double>::infinity();  ///< m or rad; infinite: points are reached without it
+  /// A remote centre at the point of the leader's path that is farthest from the shaft, in every control period: see
+  /// planning/leader_path.h. `target` is that point.
+  bool follows_leader = false;
 
   bool relative() const noexcept { return kinematics::findTaskKind(kind)->relative(); }
 };
@@ -166,7 +185,7 @@ Reference referenceTo(const TrajectorySpec& spec,
                       double time) noexcept;
 
 /** Samples the trajectory from a start: point_count points, without the start itself. @throw std::invalid_argument for
- * an empty or degenerate shape. */
+ * an empty or degenerate shape, or an insertion without setInsertion(). */
 std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec, const TrajectoryPoint& start);
 
 }  // namespace tandem::planning

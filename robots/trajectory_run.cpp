@@ -1,24 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robots/detail/trajectory_run.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
 #include "config/arm_names.h"
+#include "planning/insertion.h"
 
 namespace tandem::robots {
 
-/// Where the tips are; nothing if that of one of its arms is unknown.
-std::optional<planning::TrajectoryPoint> TrajectoryRun::place(const planning::TrajectorySpec& spec,
-                                                              const Measured& now) const {
-  if (tips_.status() != kinematics::ModelStatus::kOk)
-    return {};
-  for (const int arm : spec.arms()) {
-    const auto k = static_cast<std::size_t>(arm);
-    if (!now.valid[k] || (now.tips && !now.tips->arm[k].known))
-      return {};
-  }
-  return planning::pointAt(spec, tips_, now.tips);
+/// Whether it is known where the tips of all its arms are.
+bool TrajectoryRun::known(const planning::TrajectorySpec& spec, const Measured& now) const {
+  return tips_.status() == kinematics::ModelStatus::kOk && std::ranges::all_of(spec.arms(), [&](int arm) {
+           const auto k = static_cast<std::size_t>(arm);
+           return now.valid[k] && (!now.tips || now.tips->arm[k].known);
+         });
 }
 
 std::string TrajectoryRun::start(const std::string& text,
@@ -27,18 +24,20 @@ std::string TrajectoryRun::start(const std::string& text,
   planning::TrajectorySpec spec = config::parseTrajectory(text, "planning/request", {});  // without file names
   if (const std::string wrong = config::findArms(spec, robot_); !wrong.empty())
     throw std::invalid_argument("trajectory: " + wrong);
-  const auto at = place(spec, now);
-  if (!at)
+  if (!known(spec, now))
     return "no valid actuation/state yet";
-  follower_.start(spec, *at, std::move(postures));
+  planning::Arms arms{models_, {}};
+  for (const config::Arm& arm : robot_.arms)
+    arms.limits.push_back(&arm.limits);
+  planning::setInsertion(arms, now.joints, spec);
+  follower_.start(spec, planning::pointAt(spec, tips_, now.tips), std::move(postures));
   return {};
 }
 
 std::string TrajectoryRun::update(const Measured& now, planning::Reference& reference) {
-  const auto at = place(follower_.spec(), now);
-  if (!at)
+  if (!known(follower_.spec(), now))
     return now.tips ? "the measured joints or tips are not valid" : "the measured joints are not valid";
-  follower_.update(*at, reference);
+  follower_.update(tips_, now.tips, reference);
   return {};
 }
 

@@ -71,7 +71,8 @@ struct TrajectoryFurther {
 struct TrajectoryTask {
   std::string tip;
   std::vector<std::string> relative;
-  std::optional<TrajectoryFurther> axis, orientation, relative_orientation, look_at, remote_centre, pose, relative_pose;
+  std::optional<TrajectoryFurther> axis, orientation, relative_orientation, look_at, remote_centre, pose, relative_pose,
+      follow_the_leader;
 };
 
 /// Reads `tasks`, of which `arm` and `other_arm` are the short form.

@@ -2,8 +2,6 @@
 /** @file Run of a trajectory of one tip, or of two. */
 #pragma once
 
-#include <optional>
-
 #include "robots/run.h"
 
 namespace tandem::robots {
@@ -13,7 +11,7 @@ namespace tandem::robots {
 class TrajectoryRun final : public Run {
  public:
   TrajectoryRun(config::Robot robot, const std::vector<const kinematics::ArmModel*>& models, double period)
-      : robot_(std::move(robot)), tips_(models), follower_(period) {}
+      : robot_(std::move(robot)), models_(models), tips_(models), follower_(period) {}
 
   void restart() override { tips_.restart(); }
   void observe(const safety::RobotVector& q) override { tips_.update(q); }
@@ -30,9 +28,10 @@ class TrajectoryRun final : public Run {
   std::vector<Eigen::Isometry3d> points() const override;
 
  private:
-  std::optional<planning::TrajectoryPoint> place(const planning::TrajectorySpec& spec, const Measured& now) const;
+  bool known(const planning::TrajectorySpec& spec, const Measured& now) const;
 
   const config::Robot robot_;
+  const std::vector<const kinematics::ArmModel*> models_;
   planning::TipFollower tips_;
   planning::Follower follower_;
 };

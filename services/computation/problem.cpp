@@ -5,6 +5,7 @@
 
 #include "config/arm_names.h"
 #include "control/method_names.h"
+#include "planning/insertion.h"
 
 namespace tandem::computation {
 namespace {
@@ -136,6 +137,7 @@ void ComputationProblem::readTrajectory() {
   try {
     planning::TrajectorySpec coarse = spec.ofPositions();
     coarse.point_count = 1;
+    planning::setInsertion(arms, start, coarse);
     const planning::TrajectoryPoint at =
         planning::positionsAt(spec, [&](int arm) { return tips[static_cast<std::size_t>(arm)].pose; });
     planning::sample(coarse, at);

@@ -225,6 +225,11 @@ struct DescribeShape {
     all["line"]["displacement"] = describeVector(shape.displacement);
   }
   void operator()(const planning::Waypoints&) const {}
+  void operator()(const planning::Insertion& shape) const {
+    Json& stages = all["insertion"]["stages"];
+    for (const planning::InsertionStage& stage : shape.stages)
+      stages.push_back({{"tubes", stage.tubes}, {"length", stage.length}});
+  }
 };
 
 /// What a form shows of a trajectory.

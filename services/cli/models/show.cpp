@@ -9,7 +9,7 @@
 #include "config/arm_names.h"
 #include "config/path.h"
 #include "config/robot_files.h"
-#include "planning/trajectory.h"
+#include "planning/insertion.h"
 #include "robots/mechanisms.h"
 #include "robots/overlap.h"
 #include "robots/robot_model.h"
@@ -135,13 +135,16 @@ Shown showTips(const config::Robot& robot, const std::string& model, const std::
   return shown;
 }
 
+std::vector<Eigen::VectorXd> homeOf(const config::Robot& robot) {
+  std::vector<Eigen::VectorXd> home;
+  for (const config::Arm& arm : robot.arms)
+    home.push_back(arm.home);
+  return home;
+}
+
 Shown showRobot(const config::Robot& robot, const std::string& model) {
-  if (robots::has(robot, robots::Capability::kTips)) {
-    std::vector<Eigen::VectorXd> home;
-    for (const config::Arm& arm : robot.arms)
-      home.push_back(arm.home);
-    return showTips(robot, model, home);
-  }
+  if (robots::has(robot, robots::Capability::kTips))
+    return showTips(robot, model, homeOf(robot));
   const robots::EquilibriumFollower follower = robots::makeEquilibriumFollower(robot);
   Shown shown;
   int k = 0;
@@ -176,6 +179,13 @@ Json pathJson(const std::string& name, const Places& path) {
           {"lower_m", placeJson(lower)},
           {"upper_m", placeJson(upper)},
           {"path_m", placesJson(path)}};
+}
+
+/// An insertion starts at joints, other shapes at the tip.
+void setOwnPath(const robots::RobotModel& models,
+                const std::vector<Eigen::VectorXd>& joints,
+                planning::TrajectorySpec& spec) {
+  planning::setInsertion({models.models(), models.limits()}, models.stack(joints), spec);
 }
 
 /// @param start  of the tip, m
@@ -223,7 +233,12 @@ void addTrajectory(Json& facts, const ShowCommand& options, const std::filesyste
       throw Failure(kUsage, file.string() + ": " + wrong + " (robot " + robot.name + ")");
     const Shown shown = showRobot(robot, options.model);
     addRobot(facts, robot, shown);
+    setOwnPath(robots::RobotModel(robot, options.model), homeOf(robot), spec);
     start = shown.tips[static_cast<std::size_t>(spec.arm)];
+  } else if (std::holds_alternative<planning::Insertion>(spec.shape)) {
+    throw Failure(kUsage, file.string() +
+                              ": shape: found an insertion, whose path follows from the joints of an arm, "
+                              "expected --robot NAME, too");
   }
   facts["paths"] = {trajectoryJson(spec, start)};
 }
@@ -242,8 +257,11 @@ void addExperiment(Json& facts, const ShowCommand& options, const std::filesyste
         continue;
       const auto arm = static_cast<std::size_t>(trajectory.spec.arm);
       kinematics::Tip tip;
-      if (models.models()[arm]->tip(configuration.joints[arm], tip) == kinematics::ModelStatus::kOk)
-        facts["paths"].push_back(trajectoryJson(trajectory.spec, tip.pose.translation()));
+      if (models.models()[arm]->tip(configuration.joints[arm], tip) != kinematics::ModelStatus::kOk)
+        continue;
+      planning::TrajectorySpec spec = trajectory.spec;
+      setOwnPath(models, configuration.joints, spec);
+      facts["paths"].push_back(trajectoryJson(spec, tip.pose.translation()));
     }
   }
 }

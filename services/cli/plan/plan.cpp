@@ -23,17 +23,41 @@ bool isGood(const dds::ComputationResult& result) {
   return result.outcome == static_cast<std::uint8_t>(dds::Outcome::kGood);
 }
 
-/// Freedom of the tasks along a checked trajectory; empty without further tasks: IK then says it all.
-std::vector<planning::TaskFreedom> freedomOf(const PlanSetup& setup, const dds::ComputationResult& result) {
-  const planning::TrajectorySpec spec = setup.trajectory();
-  if (spec.further.empty() || !result.report.start.empty())
-    return {};
+/// The planned joints, the start first.
+Eigen::MatrixXd pathOf(const PlanSetup& setup, const dds::ComputationResult& result) {
   Eigen::MatrixXd path(setup.model().jointCount(), static_cast<Eigen::Index>(result.report.points.size()) + 1);
   path.col(0) = Eigen::VectorXd::Map(result.start.data(), path.rows());
   for (std::size_t k = 0; k < result.report.points.size(); ++k)
     path.col(static_cast<Eigen::Index>(k) + 1) =
         Eigen::VectorXd::Map(result.report.points[k].joints.data(), path.rows());
-  return planning::taskFreedom({setup.model().models(), setup.model().limits()}, spec, path);
+  return path;
+}
+
+/// Freedom of the tasks along a checked trajectory; empty without further tasks: IK then says it all.
+std::vector<planning::TaskFreedom> freedomOf(const PlanSetup& setup, const dds::ComputationResult& result) {
+  const planning::TrajectorySpec spec = setup.trajectory();
+  if (spec.further.empty() || !result.report.start.empty())
+    return {};
+  return planning::taskFreedom({setup.model().models(), setup.model().limits()}, spec, pathOf(setup, result));
+}
+
+/// Deviation from the path of the leader, of an insertion or a task that follows one.
+std::optional<LeaderPrediction> leaderOf(const PlanSetup& setup, const dds::ComputationResult& result) {
+  const planning::TrajectorySpec spec = setup.trajectory();
+  const bool follows = std::holds_alternative<planning::Insertion>(spec.shape) ||
+                       std::ranges::any_of(spec.further, &planning::FurtherTask::follows_leader);
+  if (!follows || !result.report.start.empty())
+    return {};
+  const planning::Arms arms{setup.model().models(), setup.model().limits()};
+  LeaderPrediction leader{planning::leaderDeviation(arms, spec.arm, pathOf(setup, result)), {}};
+  const auto rows = static_cast<Eigen::Index>(setup.model().jointCount());
+  const std::vector<double>& joints = result.with_posture.joints;
+  if (result.rehearsed != 0 && !joints.empty())
+    leader.rehearsed =
+        planning::leaderDeviation(
+            arms, spec.arm, Eigen::MatrixXd::Map(joints.data(), rows, static_cast<Eigen::Index>(joints.size()) / rows))
+            .distance;
+  return leader;
 }
 
 int checkPlan(const PlanOptions& options) {
@@ -43,11 +67,14 @@ int checkPlan(const PlanOptions& options) {
   const std::vector<std::string> arms = config::shortArmNames(setup.robot());
   const std::vector<planning::TaskFreedom> freedom = freedomOf(setup, result);
   const std::string lost = planning::lostTask(freedom, arms);
+  const std::optional<LeaderPrediction> leader = leaderOf(setup, result);
   if (options.json) {
     Json json = reportJson(result.report);
     if (!freedom.empty())
       json["tasks"] = freedomJson(freedom, arms);
     json["lost_task"] = lost;
+    if (leader)
+      json["leader"] = leaderJson(*leader);
     json["rehearsal"] = rehearsed ? Json{{"method", setup.method()},
                                          {"with_posture", rehearsalJson(result.with_posture)},
                                          {"without_posture", rehearsalJson(result.without_posture)}}
@@ -57,6 +84,8 @@ int checkPlan(const PlanOptions& options) {
     print(result.report, std::cout);
     if (!freedom.empty())
       print(freedom, arms, std::cout);
+    if (leader)
+      print(*leader, std::cout);
     if (!lost.empty())
       std::cout << "not feasible: " << lost << '\n';
     if (rehearsed) {

@@ -87,6 +87,26 @@ void print(const std::vector<planning::TaskFreedom>& freedom, const std::vector<
   out << "all tasks: rank " << rank << " of " << rows << '\n';
 }
 
+Json leaderJson(const LeaderPrediction& leader) {
+  const Eigen::Vector3d& place = leader.planned.place;
+  return {{"deviation_m", leader.planned.distance},
+          {"point", leader.planned.point},
+          {"place_m", {place.x(), place.y(), place.z()}},
+          {"rehearsed_deviation_m", leader.rehearsed ? Json(*leader.rehearsed) : Json()}};
+}
+
+void print(const LeaderPrediction& leader, std::ostream& out) {
+  const Eigen::Vector3d place = 1e3 * leader.planned.place;
+  out << fmt::format("follow the leader: with the planned joints the shaft leaves its path by {:.3g} mm at most",
+                     1e3 * leader.planned.distance);
+  if (leader.planned.point > 0)
+    out << fmt::format(", at point {}, at [{:.2f}, {:.2f}, {:.2f}] mm", leader.planned.point, place.x(), place.y(),
+                       place.z());
+  if (leader.rehearsed)
+    out << fmt::format("; in the rehearsal by {:.3g} mm", 1e3 * *leader.rehearsed);
+  out << '\n';
+}
+
 Json rehearsalJson(const dds::RehearsalReport& rehearsal) {
   return {{"end", planning::name(static_cast<planning::RehearsalEnd>(rehearsal.end))},
           {"points", rehearsal.points},

@@ -4,7 +4,9 @@
 
 #include <iosfwd>
 #include <nlohmann/json.hpp>
+#include <optional>
 
+#include "planning/leader_path.h"
 #include "planning/task_freedom.h"
 #include "services/dds/messages.h"
 
@@ -17,6 +19,14 @@ void print(const dds::TrajectoryReport& report, std::ostream& out);
 nlohmann::ordered_json freedomJson(const std::vector<planning::TaskFreedom>& freedom,
                                    const std::vector<std::string>& arms);
 void print(const std::vector<planning::TaskFreedom>& freedom, const std::vector<std::string>& arms, std::ostream& out);
+
+/** How far a shaft leaves the path of its leader. */
+struct LeaderPrediction {
+  planning::LeaderDeviation planned;  ///< with the planned joints
+  std::optional<double> rehearsed;    ///< in the rehearsal with them, m; at up to 128 times
+};
+nlohmann::ordered_json leaderJson(const LeaderPrediction& leader);
+void print(const LeaderPrediction& leader, std::ostream& out);
 
 nlohmann::ordered_json rehearsalJson(const dds::RehearsalReport& rehearsal);
 /// @param how  "with the planned posture", ...

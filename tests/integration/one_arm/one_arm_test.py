@@ -57,6 +57,18 @@ class OneArm(system.SystemTest):
             error = math.dist([float(row[f"target_{x}"]) for x in "xyz"], [float(row[f"tip_{x}"]) for x in "xyz"])
             self.assertAlmostEqual(float(row["err_a"]), error, delta=1e-12)
 
+    def test_an_insertion_follows_its_leader(self):
+        offline = self.table("follow-the-leader", "--offline")
+        self.assertEqual(offline, self.table("follow-the-leader"), "over DDS as in one process")
+        for row in offline:
+            self.assertEqual((row["converged"], row["limit_violations"]), (140, 0), row)
+        answer = self.assert_ok(system.run("experiment", "follow-the-leader", "--offline", "--only", "plane", "--csv", self.folder))
+        self.assertIn("remote centre of a: mean ", answer.stdout)
+        for file in self.folder.glob("insertion-plane-*.csv"):
+            with open(file, newline="", encoding="utf-8") as rows:
+                deviation = max(float(row["err_remote_centre_a"]) for row in csv.DictReader(rows))
+            self.assertLess(deviation, 0.4e-3 if "hqp" in file.name else 0.1e-3, file.name)
+
     def test_random_tasks(self):
         answer = self.assert_ok(system.run("montecarlo", "-d", "lockstep-one-arm", "--tasks", "20", "--methods", "nspqp,hqp",
                                            "--infeasible", "0", "--json"))

@@ -90,6 +90,25 @@ class Plan(unittest.TestCase):
             self.assertIn("task axis of a: rank 0 of 2, ", answer.stdout)
             self.assertRegex(answer.stdout, rf"not feasible: axis of a: at .* the tasks before it \({before}\) take all degrees of freedom")
 
+    def test_an_insertion_is_judged_by_how_far_the_tubes_leave_their_path(self):
+        """In the rigid model tubes follow their leader however they are turned, elastic ones only in one plane."""
+        said = {}
+        for start in ("plane", "turned"):
+            for model in ("rigid", "compliant"):
+                answer, report = plan("check", "follow-the-leader", "--from", f"follow-the-leader:{start}", "--model", model, "--json",
+                                      "--no-clearance")
+                self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
+                leader = report["leader"]
+                self.assertLess(leader["rehearsed_deviation_m"], 0.2e-3, (start, model))
+                said[start, model] = leader["deviation_m"]
+        for start, model in (("plane", "rigid"), ("turned", "rigid"), ("plane", "compliant")):
+            self.assertLess(said[start, model], 2e-6)
+        self.assertGreater(said["turned", "compliant"], 5 * said["turned", "rigid"])
+        answer, _ = plan("check", "follow-the-leader", "--from", "follow-the-leader:plane", "--no-clearance")
+        self.assertRegex(answer.stdout, r"the shaft leaves its path by [\d.e-]+ mm at most, at point \d+, at \[.*\] mm; in the rehearsal by")
+        answer, _ = plan("check", "remote-centre")
+        self.assertNotIn("leader", answer.stdout)
+
     def test_a_repaired_trajectory_can_be_run(self):
         repaired = self.folder / "repaired.yaml"
         answer, report = plan("repair", self.far, "-o", repaired, "--json")

@@ -83,7 +83,10 @@ class Show(system.SystemTest):
         for file in sorted(PRESETS.glob("*/*.yaml")):
             if file.parent.name not in ("hardware", "drives"):
                 with self.subTest(file.name):
-                    text = self.assert_ok(system.run("show", file)).stdout
+                    insertion = file.parent.name == "trajectories" and "insertion:" in file.read_text()
+                    if insertion:
+                        self.assertIn("expected --robot NAME", self.assert_fails(2, "show", file).stderr)
+                    text = self.assert_ok(system.run("show", file, *(["--robot", "ark2024"] if insertion else []))).stdout
                     self.assertTrue("tip at" in text or "path " in text, text)
 
     def test_pictures(self):

@@ -50,6 +50,18 @@ TEST(FurtherTasks, ReachTheirFields) {
   EXPECT_EQ(centre.further[0].kind, TaskKind::kRemoteCentre);
   EXPECT_TRUE(centre.further[0].target.isApprox(Eigen::Vector3d(1e-3, 2e-3, 0.03)));
   EXPECT_DOUBLE_EQ(centre.further[0].tolerance, 0.5e-3);
+  const TrajectorySpec follower = parsedTrajectory(
+      "tandem: trajectory/1\nname: x\nshape: {insertion: {stages: [{tubes: 2, length_mm: 5}, {tubes: 1, length_mm: "
+      "3}]}}\ntasks: [{tip: b}, {follow_the_leader: {arm: b, tolerance_mm: 0.5}}]\n");
+  ASSERT_EQ(follower.further.size(), 1u);
+  EXPECT_EQ(follower.further[0].kind, TaskKind::kRemoteCentre);
+  EXPECT_TRUE(follower.further[0].follows_leader);
+  EXPECT_EQ(follower.further[0].arm, 1);
+  EXPECT_DOUBLE_EQ(follower.further[0].tolerance, 0.5e-3);
+  const auto& stages = std::get<planning::Insertion>(follower.shape).stages;
+  ASSERT_EQ(stages.size(), 2u);
+  EXPECT_EQ(stages[0].tubes, 2);
+  EXPECT_DOUBLE_EQ(stages[1].length, 3e-3);
   const TrajectorySpec poses = parsedTrajectory(
       "tandem: trajectory/1\nname: x\nshape: {line: {displacement_mm: [1, 0, 0]}}\n"
       "tasks: [{relative_pose: {arms: [b, a], tolerance_mm: 1}}, {pose: {arm: b, desired: tangent}}]\n");
@@ -100,6 +112,10 @@ TEST(FurtherTasks, ThatMakeNoSenseAreRefusedAtTheirPlace) {
        "found a list of 2, expected"},
       {tasks, with("{remote_centre: {arm: a, point_mm: [1, 2, 3], tolerance_deg: 1}}"), "tolerance", 0,
        "tasks[1].remote_centre.tolerance_deg", "expected tolerance_mm or tolerance_m"},
+      {tasks, with("{follow_the_leader: {arm: b}}"), "b}}", 0, "tasks[1].follow_the_leader.arm",
+       "found another arm than the one that follows the shape"},
+      {tasks, with("{follow_the_leader: {arm: a}}, {follow_the_leader: {arm: a}}"), "{follow_the_leader: {arm: a}}]", 0,
+       "tasks[2]", "found `follow_the_leader` twice"},
       {tasks, with("{look: {arm: a}}"), "{look", 0, "tasks[1]", "tasks[1].look: unknown key"},
       {tasks, with("{pose: {arm: a, desired: waypoints}}"), "{arm", 0, "tasks[1].pose.waypoints", "found none"},
       {tasks, with("{pose: {arm: a, tolerance_deg: 1}}"), "tolerance", 0, "tasks[1].pose.tolerance_deg",
@@ -150,6 +166,7 @@ void expectSame(const std::vector<planning::FurtherTask>& a, const std::vector<p
     EXPECT_EQ(a[k].other_arm, b[k].other_arm);
     EXPECT_EQ(a[k].heading, b[k].heading);
     EXPECT_EQ(a[k].target, b[k].target);
+    EXPECT_EQ(a[k].follows_leader, b[k].follows_leader);
     EXPECT_EQ(a[k].tolerance, b[k].tolerance);
     ASSERT_EQ(a[k].waypoints.size(), b[k].waypoints.size());
     for (std::size_t i = 0; i < a[k].waypoints.size(); ++i) {
@@ -169,8 +186,16 @@ TEST(FurtherTasks, FormattedTextReadsBack) {
     if (random.chance(0.5))
       spec.other_arm = planning::kNoArm;
     spec.further = anyFurther(random, spec.hasRelative() ? 2 : 3);
+    const auto own = std::ranges::find_if(spec.further, [&](const planning::FurtherTask& task) {
+      return task.kind == planning::TaskKind::kRemoteCentre && task.arm == spec.arm;
+    });
+    if (own != spec.further.end() && random.chance(0.5)) {
+      own->follows_leader = true;
+      own->target.setZero();
+    }
     const auto pose = std::ranges::find(spec.further, planning::TaskKind::kTipPose, &planning::FurtherTask::kind);
-    if (pose != spec.further.end() && !spec.hasRelative() && random.chance(0.5)) {
+    const bool follows = std::ranges::any_of(spec.further, &planning::FurtherTask::follows_leader);
+    if (pose != spec.further.end() && !spec.hasRelative() && !follows && random.chance(0.5)) {
       spec.tip_task = false;
       spec.arm = pose->arm;
       spec.further.back().priority = static_cast<int>(spec.further.size()) - 1;

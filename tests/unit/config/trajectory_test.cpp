@@ -28,6 +28,12 @@ void expectSame(const planning::Shape& a, const planning::Shape& b) {
     }
     if (const auto* line = std::get_if<planning::Line>(&shape))
       return {line->displacement};
+    if (const auto* insertion = std::get_if<planning::Insertion>(&shape)) {
+      std::vector<Eigen::Vector3d> stages;
+      for (const planning::InsertionStage& stage : insertion->stages)
+        stages.emplace_back(stage.tubes, stage.length, 0);
+      return stages;
+    }
     const auto& waypoints = std::get<planning::Waypoints>(shape);
     std::vector<Eigen::Vector3d> points = waypoints.points;
     points.emplace_back(waypoints.absolute, 0, 0);
@@ -173,8 +179,9 @@ class Random {
   double number() { return std::exp(std::uniform_real_distribution<>(-12, 3)(engine_)); }
   int integer(int most) { return std::uniform_int_distribution<>(0, most)(engine_); }
   Eigen::Vector3d vector() { return Eigen::Vector3d(number(), -number(), number()); }
-  planning::Shape shape() {
-    switch (integer(4)) {
+  /// @param most  4: those that a relative position can have, too; 5: with the own path of an arm
+  planning::Shape shape(int most) {
+    switch (integer(most)) {
       case 0:
         return planning::Rectangle{vector(), vector()};
       case 1:
@@ -185,6 +192,8 @@ class Random {
       }
       case 3:
         return planning::Line{vector()};
+      case 5:
+        return planning::Insertion{{{1 + integer(3), number()}, {1 + integer(3), number()}}};
       default:
         return planning::Waypoints{{vector(), vector(), vector()}, integer(1) == 1};
     }
@@ -203,9 +212,9 @@ TEST(Trajectory, FormattedTextReadsBack) {
     spec.name = trial % 2 ? "12 \"quoted\": #" : "plain";
     spec.arm = random.integer(3);
     spec.other_arm = random.integer(1) ? 4 + random.integer(3) : planning::kNoArm;
-    spec.shape = random.shape();
+    spec.shape = random.shape(5);
     if (spec.hasRelative() && random.integer(1))
-      spec.relative.push_back(random.shape());
+      spec.relative.push_back(random.shape(4));
     spec.point_count = 1 + random.integer(1000);
     spec.following = random.integer(1) ? planning::Following::kTimed : planning::Following::kPointByPoint;
     spec.tolerance = random.number();
@@ -246,7 +255,7 @@ TEST(Trajectory, Refusals) {
       {"[0, 10, 0]", "[0, 0, 0]", "[0, 0, 0]", 0, "shape.circle.center_offset_mm", "expected a vector other than zero"},
       {"turns: 1", "turns: 0", "0}", 0, "shape.circle.turns", "found 0, expected another number"},
       {shape, "spiral: {}", "spiral", 0, "shape.spiral",
-       "expected one of rectangle, lissajous, circle, line, waypoints, csv"},
+       "expected one of rectangle, lissajous, circle, line, waypoints, csv, insertion"},
       {"  " + shape, "  {}", "{}", 0, "shape", "found 0 keys, expected exactly one of rectangle"},
       {shape, shape + "\n  line: {displacement_mm: [1, 0, 0]}", "{displacement", 0, "shape",
        "found 2 keys, expected exactly one"},
