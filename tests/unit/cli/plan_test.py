@@ -109,6 +109,13 @@ class Plan(unittest.TestCase):
         answer, _ = plan("check", "remote-centre")
         self.assertNotIn("leader", answer.stdout)
 
+    def test_the_arms_pass_a_needle_without_touching(self):
+        answer, report = plan("check", "needle-passing", "--from", "needle-passing:apart", "--clearance-mm", "2", "--json")
+        self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
+        self.assertTrue(report["feasible"])
+        self.assertGreater(report["smallest_clearance_m"], 2e-3)
+        self.assertEqual([task["rank"] for task in report["tasks"]], [3, 3, 3])
+
     def test_a_repaired_trajectory_can_be_run(self):
         repaired = self.folder / "repaired.yaml"
         answer, report = plan("repair", self.far, "-o", repaired, "--json")

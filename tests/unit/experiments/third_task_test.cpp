@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** The rectangle of Table 3 with the axis of tip A as third task: the first tenth of the preset's path. */
+/** The rectangle of Table 3 with the axis or the orientation of tip A as third task: the first tenth of the preset's
+ * path. */
 #include <gtest/gtest.h>
 
 #include <sstream>
@@ -18,12 +19,12 @@ struct ThirdTask : ::testing::Test {
   experiments::LoopOptions options =
       experiments::loopOptions(config::loadDeployment(TANDEM_PRESETS "/deployments/lockstep.yaml"), experiment);
 
-  experiments::RunRecord run(experiments::RunPlan plan, bool with_axis) {
+  experiments::RunRecord run(experiments::RunPlan plan, bool third) {
     auto& shape = std::get<planning::Rectangle>(plan.trajectory.shape);
     shape.first *= 0.1;
     shape.second *= 0.1;
     plan.trajectory.point_count = 10;
-    if (!with_axis)
+    if (!third)
       plan.trajectory.further.clear();
     return experiments::runOffline(robot, model, plan, options);
   }
@@ -60,6 +61,42 @@ TEST_F(ThirdTask, EveryMethodHoldsTheAxisAsFarAsTheFirstTwoTasksPermit) {
     experiments::writeRun(rows, with, robot);
     EXPECT_NE(rows.str().find(",tip_x,tip_y,tip_z,err_axis_a\n"), std::string::npos);
   }
+}
+
+/// Mean angle of the rotation of tip A from that at the start, over the iterations, rad.
+double meanTurn(const experiments::RunRecord& record, const Eigen::Matrix3d& start) {
+  double sum = 0.0;
+  for (const experiments::Row& row : record.rows())
+    sum += Eigen::AngleAxisd(row.data.orientation[0].toRotationMatrix() * start.transpose()).angle();
+  return sum / static_cast<double>(record.rows().size());
+}
+
+/// nsp and the two of weighted least norm have no limits of their own: see docs/tasks.md.
+TEST_F(ThirdTask, MethodsWithLimitsHoldTheOrientation) {
+  experiment = config::loadExperiment(TANDEM_PRESETS "/experiments/table3-orientation.yaml");
+  double all_held = 0.0, all_free = 0.0;
+  for (const experiments::RunPlan& plan : experiments::plan(experiment)) {
+    using control::Method;
+    if (plan.key.method == Method::kNsp || plan.key.method == Method::kNspwln ||
+        plan.key.method == Method::kNspwlnJoint)
+      continue;
+    SCOPED_TRACE(plan.key.name());
+    kinematics::Tip tip;
+    ASSERT_EQ(model.models()[0]->tip(plan.start[0], tip), kinematics::ModelStatus::kOk);
+    const experiments::RunRecord with = run(plan, true), without = run(plan, false);
+    const experiments::RunSummary summary = with.summary();
+    EXPECT_EQ(summary.failure, "");
+    EXPECT_EQ(summary.converged, summary.points);
+    EXPECT_EQ(summary.limit_violations, 0);
+    const double held = meanTurn(with, tip.pose.linear()), free = meanTurn(without, tip.pose.linear());
+    EXPECT_LT(held, free);
+    all_held += held;
+    all_free += free;
+    ASSERT_EQ(summary.further.size(), 1u);
+    EXPECT_NE(experiments::formatFurther({{summary}}, robot).find(plan.key.name() + ": orientation of a: mean "),
+              std::string::npos);
+  }
+  EXPECT_LT(all_held, 0.5 * all_free);
 }
 
 }  // namespace
