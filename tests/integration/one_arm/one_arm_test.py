@@ -4,6 +4,7 @@ import csv
 import json
 import math
 import pathlib
+import re
 import sys
 
 import yaml
@@ -20,6 +21,20 @@ points: 40
 following: timed
 speed_mm_per_s: 8
 acceleration_mm_per_s2: 20
+tolerance_mm: 0.88
+max_iterations: 1000
+"""
+
+
+INSERTION = """tandem: trajectory/1
+name: in
+tasks: [{tip: a}, {follow_the_leader: {arm: a}}]
+shape:
+  insertion: {stages: [{tubes: 1, length_mm: 4}]}
+points: 20
+following: timed
+speed_mm_per_s: 2
+acceleration_mm_per_s2: 10
 tolerance_mm: 0.88
 max_iterations: 1000
 """
@@ -93,6 +108,13 @@ class OneArm(system.SystemTest):
         self.assertIn("finished: 40 points", answer.stdout)
         self.assertIn("error, tip of arm_a: RMS 0.", answer.stdout)
         self.assertNotIn("relative", answer.stdout)
+        insertion = self.file("in.yaml", INSERTION)
+        said = json.loads(system.run("plan", "check", "-d", robot.path, insertion, "--json").stdout)["leader"]["deviation_m"]
+        self.assertGreater(said, 1e-3)
+        answer = self.assert_ok(robot.robot("run", insertion, timeout=60))
+        self.assertIn("finished: 20 points", answer.stdout)
+        measured = float(re.search(r"error, remote centre of arm_a: .*maximum ([\d.]+) mm", answer.stdout)[1])
+        self.assertAlmostEqual(1e3 * said, measured, delta=0.3, msg="the deviation said before and measured after, mm")
         for answer in (robot.robot("run", "circle"), system.run("plan", "check", "circle", "--robot", "timc2024")):
             self.assertNotEqual(answer.returncode, 0)
             self.assertIn("found arm b, expected a, the only arm of this robot; write tasks: [{tip: a}]", answer.stderr)
