@@ -119,7 +119,10 @@ planning::TrajectoryPoint pointOf(const planning::TrajectorySpec& spec, const si
   for (std::size_t k = 0; k < spec.further.size(); ++k) {
     const planning::FurtherTask& task = spec.further[k];
     kinematics::TaskPlace& place = at.further[k];
-    place = kinematics::findTaskKind(task.kind)->place(tips.pose(task.arm), tips.pose(task.other_arm));
+    const kinematics::TaskKindEntry& kind = *kinematics::findTaskKind(task.kind);
+    place = kind.place(tips.pose(task.arm), tips.pose(task.other_arm));
+    if (kind.point == kinematics::TaskPoint::kShaft)
+      place.position = tips.shaftPoint(task.arm, kShaftShare);
     if (task.kind == planning::TaskKind::kLookAt)
       place.position += kSight * tips.pose(task.arm).linear().col(2);
   }
@@ -242,7 +245,7 @@ std::string_view name(PathKind kind) {
 
 bool isRandomKind(planning::TaskKind kind) {
   const kinematics::TaskKindEntry* entry = kinematics::findTaskKind(kind);
-  return entry != nullptr && isFurther(kind) && entry->point == kinematics::TaskPoint::kTip;
+  return entry != nullptr && isFurther(kind);
 }
 
 std::uint64_t seedOf(std::uint64_t seed, int index) {

@@ -36,9 +36,9 @@ struct RandomTask {
  * x_A and x_A - x_B of the first two arms, x_A alone where there is one, at most 0.8 mm apart. So the plant can do it,
  * with all its errors.
  *
- * With a further kind of tasks of tips: its places are those of the plant's tips, too, look_at's targets kSight along
- * the tip's axis; it is the last task, except that a pose takes the place of the tip, and a relative pose that of the
- * relative position, with the highest priority.
+ * With a further kind of tasks: its places are those of the plant's tips, too, look_at's targets kSight along the tip's
+ * axis, remote centres kShaftShare along the plant's shaft, which they move with; it is the last task, except that a
+ * pose takes the place of the tip, and a relative pose that of the relative position, with the highest priority.
  *
  * Infeasible: the same, whether bodies overlap or not, with the last third of the targets of x_A beyond the length of
  * tube 1 and the tool from the arm's entry point, where nothing can reach; x_A - x_B stays as it was.
@@ -54,11 +54,13 @@ RandomTask randomTask(const config::Robot& robot,
                       bool feasible,
                       planning::TaskKind further = planning::TaskKind::kNone);
 
-/// Whether randomTask() makes feasible tasks of a kind: of tips, and further ones.
+/// Whether randomTask() makes feasible tasks of a kind: all further ones.
 bool isRandomKind(planning::TaskKind kind);
 
 /// Distance of look_at's targets from the tip, m.
 inline constexpr double kSight = 0.05;
+/// Place of a remote centre on the plant's shaft, as a fraction of the shaft's length.
+inline constexpr double kShaftShare = 0.75;
 
 /// Seed of everything random in task `index`: neighbours have nothing to do with each other.
 std::uint64_t seedOf(std::uint64_t seed, int index);

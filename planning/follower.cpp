@@ -109,6 +109,9 @@ double Follower::errorOf(const TrajectoryPoint& wanted, const TrajectoryPoint& m
 bool Follower::update(const TipFollower& tips, const MeasuredTips* measured, Reference& reference) noexcept {
   for (std::size_t k = 0; k < spec_.further.size(); ++k) {
     FurtherTask& task = spec_.further[k];
+    const bool shaft = kinematics::findTaskKind(task.kind)->point == kinematics::TaskPoint::kShaft;
+    if (shaft && progress_.total_iterations > 0)
+      task.target = wanted_.further[k].position;  // it may move from point to point
     if (!task.follows_leader)
       continue;
     if (leader_.empty())

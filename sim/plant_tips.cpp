@@ -116,6 +116,18 @@ Snaps PlantTips::allSnaps() const noexcept {
   return sum;
 }
 
+Eigen::Vector3d PlantTips::shaftPoint(int arm, double share) const {
+  const Arm& own = arms_[static_cast<std::size_t>(arm)];
+  kinematics::Branch branch = own.branch;
+  std::vector<kinematics::BackbonePoint> points;
+  kinematics::BodySections sections;
+  const int count = valid(arm) ? own.model->sections(own.joints, sections) : 0;
+  if (count == 0 || own.model->backbone(own.joints, branch, {share * sections[static_cast<std::size_t>(count - 1)].end},
+                                        false, points) != kinematics::ModelStatus::kOk)
+    return Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
+  return points.front().position;
+}
+
 void PlantTips::store(Configurations& configurations) const {
   configurations.resize(arms_.size());
   for (std::size_t k = 0; k < arms_.size(); ++k)

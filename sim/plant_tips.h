@@ -70,6 +70,10 @@ class PlantTips {
   /// Least elastic stability of the arm now: 0 where it snaps, 1 without elastic interaction.
   double stability(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].tip.stability; }
 
+  /// Point of an arm's shaft without load, at a fraction of its length from the entry point, m; not finite where the
+  /// arm has no solution. Allocates.
+  Eigen::Vector3d shaftPoint(int arm, double share) const;
+
   /// State of an arm: joints of its model, and the branch of its equilibrium.
   struct Configuration {
     safety::ArmVector joints;

@@ -131,8 +131,10 @@ planning::TaskKind furtherOf(const MonteCarloCommand& options, std::size_t arms)
     return planning::TaskKind::kNone;
   const kinematics::TaskKindEntry* kind = kinematics::findTaskKind(options.further);
   if (kind == nullptr || !ex::isRandomKind(kind->kind))
-    throw Failure(kUsage, "--further: found '" + options.further +
-                              "', expected axis, orientation, relative_orientation, look_at, pose or relative_pose");
+    throw Failure(
+        kUsage,
+        "--further: found '" + options.further +
+            "', expected axis, orientation, relative_orientation, look_at, remote_centre, pose or relative_pose");
   if (kind->relative() && arms < 2)
     throw Failure(kUsage,
                   "--further: found '" + options.further + "', expected a kind of one tip: the robot has one arm");
@@ -320,8 +322,8 @@ void registerMonteCarlo(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.0, 1.0))
       ->capture_default_str();
   command->add_option("--further", options->further,
-                      "kind of a further task in every task: axis, orientation, relative_orientation, look_at, pose or "
-                      "relative_pose (default: none)");
+                      "kind of a further task in every task: axis, orientation, relative_orientation, look_at, "
+                      "remote_centre, pose or relative_pose (default: none)");
   command->add_flag("--posture", options->posture, "give the methods the joint path of each task as a posture");
   command->add_option("--set", options->set, "parameter of the methods, NAME=VALUE in SI; may be repeated");
   command

@@ -12,8 +12,9 @@ namespace {
 using namespace experiments;
 using planning::TaskKind;
 
-constexpr std::array kKinds{TaskKind::kTipAxis, TaskKind::kTipOrientation, TaskKind::kRelativeOrientation,
-                            TaskKind::kLookAt,  TaskKind::kTipPose,        TaskKind::kRelativePose};
+constexpr std::array kKinds{TaskKind::kTipAxis,     TaskKind::kTipOrientation, TaskKind::kRelativeOrientation,
+                            TaskKind::kLookAt,      TaskKind::kRemoteCentre,   TaskKind::kTipPose,
+                            TaskKind::kRelativePose};
 
 struct MonteCarloFurther : ::testing::Test {
   config::Robot robot = config::loadRobot(TANDEM_PRESETS "/robots/ark2024.yaml");
