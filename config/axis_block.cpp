@@ -29,7 +29,8 @@ Found findAxis(const YAML::Node& text,
         return {group, axis};
     }
   }
-  throw std::runtime_error(file.string() + ": found no axis " + of.name);
+  throw std::runtime_error(file.string() + ": found no axis with bus " + bus + " and node " + std::to_string(of.node) +
+                           ", expected that of " + of.name);
 }
 
 void setIdentity(YAML::Node drive, const char* key, std::uint32_t number) {
@@ -75,7 +76,9 @@ AxisOrigin originOf(const std::filesystem::path& file, const hal::HardwareConfig
         return originIn(group.map("drive"), file);
     }
   }
-  throw Error(file.string(), 1, 1, "", "found no axis " + of.name);
+  throw Error(
+      file.string(), 1, 1, "",
+      "found no axis with bus " + bus + " and node " + std::to_string(of.node) + ", expected that of " + of.name);
 }
 
 std::string axisBlock(const std::filesystem::path& file,

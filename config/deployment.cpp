@@ -129,10 +129,11 @@ void checkMemory(const Map& map, const Deployment& deployment) {
 
 void checkTiming(const Map& map, const Deployment& deployment) {
   if (map.has("least_clearance") && deployment.clock == ClockMode::kLockStep)
-    map.fail("least_clearance", "found in lock-step, which does not monitor it; expected clock: real_time");
+    map.fail("least_clearance",
+             "found together with clock: lock_step, where the clearance is not monitored; expected clock: real_time");
   if (deployment.emergency_stop_budget > 0.0 && deployment.clock == ClockMode::kLockStep)
     map.fail("emergency_stop_topic",
-             "found in lock-step, which does not monitor this topic; expected clock: real_time");
+             "found together with clock: lock_step, where this topic is not monitored; expected clock: real_time");
   if (deployment.sim_period > deployment.control_period) {
     map.fail(map.has("sim_period") ? "sim_period" : "control_period",
              "found a sim_period of " + formatNumber(deployment.sim_period) + " s and a control_period of " +

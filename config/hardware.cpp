@@ -8,6 +8,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "config/arm_names.h"
 #include "config/detail/drive_profile.h"
 #include "config/detail/exact.h"
 #include "config/detail/hardware_guards.h"
@@ -119,7 +120,7 @@ class AxisReader {
     const auto found =
         std::find_if(robot_.arms.begin(), robot_.arms.end(), [&](const Arm& a) { return a.name == arm; });
     if (found == robot_.arms.end())
-      map.fail("arm", "found '" + arm + "', which the robot does not have");
+      map.fail("arm", "found '" + arm + "', expected an arm of the robot: " + armNames(robot_));
     axis.arm = static_cast<int>(found - robot_.arms.begin());
     const int tubes = found->limits.jointCount() / 2;
     const int tube = map.integer("tube");
@@ -185,20 +186,26 @@ class AxisReader {
   /// The drive must be able to count the whole travel, from any start value of its counter.
   static void checkRange(const Map& map, const AxisConfig& axis) {
     constexpr double kRoom = 1 << 30;
+    const auto refuse = [&](const std::string& key, double found, const std::string& counts, double least,
+                            const char* place = "node") {
+      map.fail(place, "found a " + key + " of " + exact(found) + ", expected at least " + counts + ", " + exact(least) +
+                          (axis.translation ? " m" : " rad"));
+    };
     try {
       const double resolution = hal::AxisUnits(axis.gearing).resolution();
       if ((axis.upper - axis.lower) / resolution > kRoom)
-        map.fail("upper", "found a travel beyond 2^30 counts, expected less: a drive cannot count it");
+        map.fail("upper", "found a travel of " + exact((axis.upper - axis.lower) / resolution) +
+                              " counts, expected at most 2^30, which a drive can count");
       checkRate(map, axis, "velocity", axis.velocity, "60FF", &hal::AxisUnits::toVelocityNumber);
       checkRate(map, axis, "quick_stop_deceleration", axis.quick_stop_deceleration, "6085",
                 &hal::AxisUnits::toAccelerationNumber);
       if (axis.following_error < 2.0 * resolution)
-        map.fail("node", "found a following_error below two counts of this axis, expected more");
+        refuse("following_error", axis.following_error, "two counts of this axis", 2.0 * resolution);
       if (axis.first_motion < 2.0 * resolution)
-        map.fail("node", "found a first_motion below two counts of this axis, expected more");
+        refuse("first_motion", axis.first_motion, "two counts of this axis", 2.0 * resolution);
       if (axis.encoder && axis.encoder->tolerance < hal::AxisUnits(axis.encoder->gearing).resolution())
-        map.fail(axis.hasEncoderNode() ? "encoder_node" : "node",
-                 "found a tolerance below one count of the encoder, expected more");
+        refuse("tolerance", axis.encoder->tolerance, "one count of the encoder",
+               hal::AxisUnits(axis.encoder->gearing).resolution(), axis.hasEncoderNode() ? "encoder_node" : "node");
     } catch (const std::invalid_argument& error) {
       map.fail("node", error.what());
     }

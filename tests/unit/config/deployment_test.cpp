@@ -265,7 +265,7 @@ TEST(Deployment, Refusals) {
        "found the text \"localhost\", expected an IPv4 address"},
       {"clock: real_time", "clock: sundial", "sundial", 0, "clock", "expected one of real_time, lock_step"},
       {"clock: real_time", "clock: lock_step\nleast_clearance_mm: 1.25", "1.25", 0, "least_clearance_mm",
-       "found in lock-step"},
+       "found together with clock: lock_step"},
       {"clock: real_time", "clock: lock_step\nemergency_stop_topic_ms: 300", "300", 0, "emergency_stop_topic_ms",
        "expected clock: real_time"},
       {"sim_period_ms: 1\n", "sim_period_ms: 200\n", "200", 0, "sim_period_ms",

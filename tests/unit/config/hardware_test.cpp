@@ -23,10 +23,7 @@ void expectHardwareRefusal(const Refusal& refusal) {
   expectRefusal(good(), refusal, [](const auto& file) { loadHardware(file); });
 }
 
-hal::HardwareConfig loadText(const std::string& text) {
-  const Folder folder;
-  return loadHardware(folder.write("file.yaml", text));
-}
+hal::HardwareConfig loadText(const std::string& text) { return loadHardware(Folder().write("file.yaml", text)); }
 
 TEST(Hardware, ThePresetMapsEveryJointOnce) {
   const hal::HardwareConfig hardware = loadHardware(hardwarePreset());
@@ -271,7 +268,7 @@ TEST(Hardware, Refusals) {
   refuse("tube: 2, bus: bus_a, node: 2,", "tube: 2, bus: bus_c, node: 2,", "bus_c", 0, "translations[0].axes[1].bus",
          "expected one of the buses");
   refuse("arm: arm_b, tube: 3, bus: bus_b, node: 6", "arm: arm_c, tube: 3, bus: bus_b, node: 6", "arm_c", 0,
-         "rotations[0].axes[5].arm", "which the robot does not have");
+         "rotations[0].axes[5].arm", "expected an arm of the robot: arm_a, arm_b");
   refuse("lower_mm: -437", "lower_mm: 1", "lower_mm: 1", 10, "translations[0].axes[0].lower_mm", "expected less than");
   refuse("encoder_node: 17,", "", "{arm: arm_a, tube: 1, bus: bus_a", 0, "translations[0].axes[0].encoder_node",
          "expected one");
@@ -284,7 +281,7 @@ TEST(Hardware, Refusals) {
   refuse("node: 1, input_bit: 16,", "node: 1, statusword_bit: 6,", "statusword_bit: 6", 16,
          "emergency_stop[0].statusword_bit", "part of the drive's state");
   refuse("following_error_mm: 1", "following_error_mm: 0.00001", "node: 1, lower", 6, "translations[0].axes[0].node",
-         "below two counts");
+         "expected at least two counts of this axis");
   refuse("counts_per_revolution: 4096\n      gear_ratio: 10\n",
          "counts_per_revolution: 4096000000\n      gear_ratio: 10\n", "upper_mm: 0", 10,
          "translations[0].axes[0].upper_mm", "2^30 counts");
