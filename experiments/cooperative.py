@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import MaxNLocator
 from mechanics import columns, rotation
 from style import (ARMS, INCH, MM, Failure, add_options, equal_space, figure_file, legend_below, log_axis, plt, run,
-                   zoom_from_zero)
+                   wrong_file, zoom_from_zero)
 
 OBJECT = "#6A3D9A"
 NOTHING = 1e-9  # N, N m, mm: smaller numbers are rounding and drawn as zero
@@ -83,7 +83,7 @@ def draw_track(arguments, sheet):
     """The figure of one run: arms in space; errors and contact forces over time."""
     table, shapes = columns(arguments.source), columns(arguments.shapes)
     if "residual" not in table:
-        raise Failure(f"{arguments.source}: not of `tandem cooperative`")
+        raise wrong_file(arguments.source, "no column 'residual'", "tandem cooperative track --csv")
     groups = force_groups(table)
     grasped = any(name.startswith("normal_N") for name in table)
     rows = 1 + len(groups)
@@ -151,10 +151,10 @@ def draw_reach(arguments, sheet):
     """Tips that the samples of an assisted target have shown."""
     table = columns(arguments.source)
     if "beyond" not in table:
-        raise Failure(f"{arguments.source}: not of `tandem cooperative reach`")
+        raise wrong_file(arguments.source, "no column 'beyond'", "tandem cooperative reach --csv")
     ok = table["status"] == "ok"
     if not ok.any():
-        raise Failure(f"{arguments.source}: no joint vector has a contact")
+        raise Failure(f"{arguments.source}: found no joint vector with status ok, expected at least one whose arms are in contact")
     beyond = ok & (table["beyond"] > 0)
     down = 1 if sheet.columns == 2 else 2
     figure, axes = plt.subplots(down, 2 // down, figsize=sheet.size(86 * down), squeeze=False, layout="constrained")
@@ -177,8 +177,11 @@ def draw_reach(arguments, sheet):
 def draw_payload(arguments, sheet):
     """What carriers carry in the planes of the robot's axes: a row of stiffness, a row of payload."""
     table, carriers = columns(arguments.source), arguments.carriers
-    if "payload" not in table or len(carriers) <= np.max(table["carrier"]):
-        raise Failure(f"{arguments.source}: not of `tandem cooperative payload` with {len(carriers)} carriers")
+    if "payload" not in table:
+        raise wrong_file(arguments.source, "no column 'payload'", "tandem cooperative payload --csv")
+    if len(carriers) <= np.max(table["carrier"]):
+        raise Failure(f"{arguments.source}: found {int(np.max(table['carrier'])) + 1} carriers, expected the {len(carriers)} "
+                      f"that are named: {', '.join(carriers)}")
     quantities = (("stiffness", "stiffness (N/m)"), ("payload", "payload (N)"))
     wide = sheet.columns == 2
     shape = (2, 3) if wide else (3, 2)

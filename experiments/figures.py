@@ -26,7 +26,7 @@ import time
 import numpy as np
 from matplotlib.lines import Line2D
 from style import (FLOOR, MM, TUBES, WIDTHS, Failure, add_options, legend_below, line_style, log_axis, method_order, method_style,
-                   plt, read_csv, run, signed_log_axis)
+                   plt, read_csv, reason, run, signed_log_axis, wrong_file)
 
 UPPER = {"color": "#E31A1C", "linewidth": 0.7}  # red and cyan, as in the paper
 LOWER = {"color": "#40E0F0", "linewidth": 0.7, "dashes": (4, 4)}
@@ -42,7 +42,7 @@ class Run:
                            for name, values in read_csv(path).items()}
             self.point = self.column["point"].astype(int)
         except (KeyError, TypeError, ValueError) as error:
-            raise Failure(f"{path}: not a run's CSV file: {error}") from error
+            raise wrong_file(path, reason(error), "tandem experiment --csv") from error
         self.last = np.append(self.point[1:] != self.point[:-1], True)
         count = np.bincount(self.point)[self.point]
         # Iterations of a point, spread over it: methods with different numbers of them stay side by side.
@@ -222,7 +222,7 @@ def groups(folder):
         for key in zip(summary["trajectory"], summary["configuration"], summary["method"]):
             found.setdefault(key[:2], {})[key[2]] = folder / ("-".join(key) + ".csv")
     except KeyError as error:
-        raise Failure(f"{folder / 'summary.csv'}: has no column {error}") from error
+        raise wrong_file(folder / "summary.csv", f"no column {error}", "tandem experiment --csv") from error
     return found
 
 

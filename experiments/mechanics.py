@@ -20,7 +20,7 @@ from matplotlib.colors import LogNorm, Normalize, TwoSlopeNorm
 from matplotlib.lines import Line2D
 from matplotlib.path import Path
 from matplotlib.ticker import MaxNLocator, MultipleLocator
-from style import ARMS, INCH, MM, Failure, add_options, equal_space, figure_file, legend_below, plt, read_csv, run
+from style import ARMS, INCH, MM, Failure, add_options, equal_space, figure_file, legend_below, plt, read_csv, reason, run, wrong_file
 
 DEGREES = 180 / np.pi
 POINTS = 12000  # of the 3-D figure, over all arms
@@ -32,7 +32,7 @@ def columns(path):
         return {name: np.array(values) if name == "status" else np.array([float(x) if x else np.nan for x in values])
                 for name, values in read_csv(path).items()}
     except (TypeError, ValueError) as error:
-        raise Failure(f"{path}: not numbers: {error}") from error
+        raise Failure(f"{path}: found a field that is not a number ({error}), expected numbers in all columns but status") from error
 
 
 def draw_line(ax, table, axis):
@@ -47,7 +47,8 @@ def draw_plane(figure, ax, table, axes):
     places = [np.unique(table[axis]) for axis in axes]
     shape = [len(place) for place in places][::-1]  # the first axis runs fastest
     if shape[0] * shape[1] != len(table["stability"]):
-        raise Failure("the map is no full grid")
+        raise Failure(f"found {len(table['stability'])} rows, expected {shape[0]} x {shape[1]}: one for each pair of "
+                      f"{axes[0]} and {axes[1]}")
     value = table["stability"].reshape(shape)
     x, y = (DEGREES * place for place in places)
     lowest = np.nanmin(value)
@@ -79,7 +80,7 @@ def draw_map(arguments, sheet):
     table = columns(source)
     axes = [name for name in table if name.startswith("relative_")]
     if not 1 <= len(axes) <= 2 or "stability" not in table:
-        raise Failure(f"{source}: not a map of `tandem stability`")
+        raise wrong_file(source, "no column 'stability', or not one or two columns relative_*", "tandem stability --map")
     angle = r"\theta" if "alpha_1" in table else r"\alpha"  # at the ends, or at the motors
     figure, ax = plt.subplots(figsize=sheet.size((55 if len(axes) == 1 else 78) if sheet.columns == 1 else 110),
                               layout="constrained")
@@ -180,9 +181,9 @@ def draw_workspace(arguments, sheet):
     except OSError as error:
         raise Failure(f"{path}: {error.strerror}") from error
     except (KeyError, ValueError) as error:
-        raise Failure(f"{path}: not of `tandem workspace`: {error}") from error
+        raise wrong_file(path, reason(error), "tandem workspace --csv") from error
     if not arms:
-        raise Failure(f"{path}: no arm reaches anything")
+        raise Failure(f"{path}: found no arm with reached positions, expected at least one; use more samples, or wider limits")
     return [sheet.save(draw(sheet, arms, summary), arguments.target / f"workspace-{name}.{sheet.format}")
             for name, draw in (("section", draw_section), ("volume", draw_volume))]
 
@@ -281,7 +282,9 @@ def draw_show(arguments, sheet):
     except OSError as error:
         raise Failure(f"{arguments.source}: {error.strerror}") from error
     except (KeyError, ValueError) as error:
-        raise Failure(f"{arguments.source}: not of `tandem show`: {error}") from error
+        raise wrong_file(arguments.source, reason(error), "tandem show --json") from error
+    if not places:
+        raise wrong_file(arguments.source, "neither arms nor paths", "tandem show --json")
     points = np.concatenate(places)
     middle, half = 0.5 * (points.min(axis=0) + points.max(axis=0)), 0.5 * np.ptp(points, axis=0)
     alone = not facts.get("arms")

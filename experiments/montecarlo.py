@@ -19,7 +19,7 @@ import typing
 import numpy as np
 from matplotlib.lines import Line2D
 from style import (FLOOR, MM, Failure, add_options, figure_file, legend_below, log_axis, method_order, method_style, plt,
-                   read_csv, run)
+                   read_csv, reason, run, wrong_file)
 
 # Columns of conditions, in the units of their axes.
 SOURCES = {
@@ -52,7 +52,7 @@ def load(path):
         numbers = [*SOURCES, "task", "feasible", "points", "iterations", "rms_ab", "rms_a", "succeeded"]
         return {"method": table["method"]} | {name: table[name].astype(float) for name in numbers}
     except (KeyError, ValueError) as error:
-        raise Failure(f"{path}: not of `tandem montecarlo`: {error}") from error
+        raise wrong_file(path, reason(error), "tandem montecarlo --csv") from error
 
 
 def median_interval(values):
@@ -124,7 +124,7 @@ def first_case(table):
     base = {source: table[source][0] for source in SOURCES}
     rows = np.all([table[source] == size for source, size in base.items()], axis=0) & (table["feasible"] == 1)
     if not rows.any():
-        raise Failure("there is no feasible task in the first case")
+        raise Failure("found no feasible task in the first combination of errors, expected at least one; run more tasks, or another seed")
     return rows, base
 
 

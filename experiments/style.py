@@ -53,6 +53,16 @@ class Failure(Exception):
     """A file that is missing or not of the format."""
 
 
+def wrong_file(path, found, command):
+    """Failure of a file that another command has written, or that lacks data: `found` is "no column 'x'"."""
+    return Failure(f"{path}: found {found}, expected the output of `{command}`")
+
+
+def reason(error):
+    """Text of an error that a wrong file causes: a missing key, or a value of another form."""
+    return f"no {error}" if isinstance(error, KeyError) else f"a value of another form ({error})"
+
+
 def read_csv(path):
     """Columns of a CSV file by name, as lists of text."""
     try:
@@ -61,7 +71,7 @@ def read_csv(path):
     except OSError as error:
         raise Failure(f"{path}: {error.strerror}") from error
     if not rows:
-        raise Failure(f"{path}: has no rows")
+        raise Failure(f"{path}: found no rows, expected at least one below the header")
     return {name: [row[name] for row in rows] for name in rows[0]}
 
 

@@ -7,6 +7,7 @@ import io
 import itertools
 import pathlib
 import re
+import subprocess
 import sys
 import tempfile
 import unittest
@@ -247,6 +248,28 @@ class Figures(unittest.TestCase):
         self.assertNotIn("matplotlib", answer.stderr)
         self.assertNotIn("Traceback", answer.stderr)
         self.assertIn("a-file", answer.stderr)
+
+    def test_files_of_other_commands_are_refused(self):
+        folder = self.folder / "others"
+        folder.mkdir()
+        table, facts = folder / "table.csv", folder / "facts.json"
+        table.write_text("a,b\n1,2\n")
+        facts.write_text("{}")
+        (folder / "workspace.json").write_text("{}")
+        (folder / "summary.csv").write_text("trajectory\nline\n")
+        target = folder / "none.png"
+        for script, words, command in (("cooperative", ("track", table, table, target), "cooperative track --csv"),
+                                       ("cooperative", ("reach", table, target), "cooperative reach --csv"),
+                                       ("cooperative", ("payload", table, target, "a"), "cooperative payload --csv"),
+                                       ("mechanics", ("map", table, target), "stability --map"),
+                                       ("mechanics", ("workspace", folder, folder), "workspace --csv"),
+                                       ("mechanics", ("show", facts, target), "show --json"),
+                                       ("montecarlo", (table, target), "montecarlo --csv"),
+                                       ("figures", (folder, folder), "experiment --csv")):
+            answer = subprocess.run([sys.executable, system.SOURCE / "experiments" / f"{script}.py", *words],
+                                    stderr=subprocess.PIPE, text=True, check=False)
+            self.assertEqual(answer.returncode, 1, script)
+            self.assertRegex(answer.stderr, rf"{re.escape(str(folder))}\S*: found n.*, expected the output of `tandem {command}`\n$")
 
     def test_each_method_has_its_own_colour_line_and_marker(self):
         import style
