@@ -42,7 +42,8 @@ class Controller {
 
  private:
   [[noreturn]] void refuse() const {
-    throw std::runtime_error("the model of control: " + std::string(kinematics::describe(track_.model)));
+    throw std::runtime_error("no tip of the controlled arms at these joints: " +
+                             std::string(kinematics::describe(track_.model)));
   }
   static planning::ReferenceTracker make(const config::Robot& robot,
                                          const RobotModel& model,
@@ -95,7 +96,8 @@ std::vector<RunPlan> plan(const config::Experiment& experiment) {
           const auto found = std::find_if(experiment.configurations.begin(), experiment.configurations.end(),
                                           [&](const config::Configuration& c) { return c.name == wanted; });
           if (found == experiment.configurations.end())
-            throw std::invalid_argument("unknown configuration " + wanted);
+            throw std::invalid_argument("trajectory " + name + ": found configuration '" + wanted +
+                                        "', expected one of those under `configurations`");
           runs.push_back({{name, wanted, method}, trajectory.spec, found->joints});
         }
       }
@@ -126,7 +128,7 @@ planning::Progress runLoop(const config::Robot& robot,
                            const LoopOptions& options,
                            const std::function<void(const LoopView&)>& after) {
   if (options.feedback == planning::Feedback::kSensor && !options.plant.tracker.present)
-    throw std::invalid_argument("feedback: sensor needs a tip tracker, plant.tracker");
+    throw std::invalid_argument("found feedback: sensor without a simulated tip tracker, expected plant.tracker");
   if (const std::string wrong = plan.trajectory.wrongArms(model.armCount()); !wrong.empty())
     throw std::invalid_argument("trajectory " + plan.trajectory.name + ": " + wrong);
   SimulatedRobot plant(robot, model, plan.start, options);

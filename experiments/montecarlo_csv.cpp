@@ -193,7 +193,7 @@ std::vector<TaskResult> merge(std::vector<TaskResult> results) {
         return std::to_string(of.tasks) + " tasks of seed " + std::to_string(of.seed);
       };
       throw std::invalid_argument("found rows of different runs, " + run(first) + " and " + run(r) +
-                                  ", expected shards of one");
+                                  ", expected those of one run (the files of its --shard)");
     }
     cases.emplace(sizesOf(r.conditions), static_cast<int>(cases.size()));
     methods.emplace(r.method, static_cast<int>(methods.size()));
@@ -217,7 +217,9 @@ std::vector<TaskResult> merge(std::vector<TaskResult> results) {
     }
   }
   if (i != results.size())
-    throw std::invalid_argument("task " + std::to_string(results[i].task) + " is a duplicate or of another run");
+    throw std::invalid_argument(
+        "task " + std::to_string(results[i].task) +
+        ": found a second row of the same case and method, or a row of another run, expected one row each");
   return results;
 }
 

@@ -41,7 +41,9 @@ SimulatedRobot::SimulatedRobot(const config::Robot& robot,
   send(enable);
   for (int k = 0; k < model_.armCount(); ++k) {
     if (drives_.state(k) != safety::OperatingState::kEnabled)
-      throw std::runtime_error("an arm cannot be enabled");
+      throw std::runtime_error(
+          names_[static_cast<std::size_t>(k)] +
+          ": the simulated arm does not enable at the start joints; check that they are inside its limits");
   }
   updateTips();
   if (options.plant.tracker.present) {
@@ -98,8 +100,9 @@ void SimulatedRobot::updateTips() {
   for (int k = 0; k < model_.armCount(); ++k) {
     tips_.update(k, drives_.plant(k).tubes());
     if (!tips_.valid(k))
-      throw std::runtime_error("the plant of " + names_[static_cast<std::size_t>(k)] + ": " +
-                               std::string(kinematics::describe(tips_.status(k))));
+      throw std::runtime_error(
+          names_[static_cast<std::size_t>(k)] +
+          ": the simulated arm has no solution at these joints: " + std::string(kinematics::describe(tips_.status(k))));
   }
 }
 
@@ -119,7 +122,8 @@ sim::Command SimulatedRobot::next() {
 
 void SimulatedRobot::send(const sim::Command& command) {
   if (!drives_.command(command, time_))
-    throw std::runtime_error("the gate refused a command");
+    throw std::runtime_error("the gate refused command " + std::to_string(command.header.sequence) +
+                             " of the experiment: it is not finite or out of sequence");
 }
 
 }  // namespace tandem::experiments

@@ -101,8 +101,9 @@ bool CrtkMotion::takeTip(const CrtkRequest& request, const Scene& scene, CrtkOut
   const Vector3d goal = verb.kind == CrtkKind::kRelative ? Vector3d(setpoint + value) : value;
   const double step = (goal - setpoint).norm();
   if (verb.level == CrtkLevel::kServo && verb.kind != CrtkKind::kVelocity && step > options_.tip_step) {
-    outcome.refuse("step of %.3f mm from the present target, allowed %.3f mm (tip_step); use interpolate or move",
-                   1e3 * step, 1e3 * options_.tip_step);
+    outcome.refuse(
+        "found a step of %.3f mm from the last goal, expected at most %.3f mm (tip_step); use interpolate or move",
+        1e3 * step, 1e3 * options_.tip_step);
     return false;
   }
   int tasks = 0;  // of the other groups; the pair needs two

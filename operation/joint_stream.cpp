@@ -39,7 +39,7 @@ bool JointStream::goalOf(const CrtkVerb& verb,
     const double step = std::abs(goal[j] - here[j]);
     if (step <= most)
       continue;
-    outcome.refuse("joint %d: a step of %.4g %s, at most %.4g (%s_step); use interpolate or move", j + 1,
+    outcome.refuse("joint %d: found a step of %.4g %s, expected at most %.4g (%s_step); use interpolate or move", j + 1,
                    translation ? 1e3 * step : step, translation ? "mm" : "rad", translation ? 1e3 * most : most,
                    translation ? "translation" : "rotation");
     return false;

@@ -22,10 +22,13 @@ ReferenceTracker::ReferenceTracker(std::vector<const kinematics::ArmModel*> mode
                                    Gains gains)
     : tips_(models), margins_(models, parameters), resolver_(control::makeResolver(method, parameters)), gains_(gains) {
   if (models.size() != limits.size())
-    throw std::invalid_argument("a tracker needs limits for every arm");
+    throw std::invalid_argument("reference tracker: found limits of " + std::to_string(limits.size()) +
+                                " arms, expected one for each of the " + std::to_string(models.size()) + " models");
   for (std::size_t k = 0; k < models.size(); ++k) {
     if (limits[k]->jointCount() != models[k]->jointCount()) {
-      throw std::invalid_argument("limits and model of an arm differ in their number of joints");
+      throw std::invalid_argument("reference tracker: found " + std::to_string(limits[k]->jointCount()) +
+                                  " joints in the limits of arm " + std::to_string(k) + ", expected the " +
+                                  std::to_string(models[k]->jointCount()) + " of its model");
     }
   }
   problem_.setLimits(limits.data(), static_cast<int>(limits.size()));

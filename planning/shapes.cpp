@@ -42,7 +42,7 @@ struct Outline {
   }
   Polyline operator()(const Circle& c) const {
     if (c.normal.norm() == 0.0)
-      throw std::invalid_argument("circle: the normal is zero");
+      throw std::invalid_argument("circle: normal: found a vector of length 0, expected another");
     const Eigen::Vector3d normal = c.normal.normalized();
     const Eigen::Vector3d radius = -c.center_offset;
     if (std::abs(radius.dot(normal)) > 1e-9 * radius.norm()) {
@@ -104,7 +104,7 @@ std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec, const Trajectory
   }
   const Polyline tip = std::visit(Outline{start.tip}, spec.shape);
   if (!(lengthOf(tip) > 0.0))
-    throw std::invalid_argument("trajectory '" + spec.name + "' has no length");
+    throw std::invalid_argument("trajectory '" + spec.name + "': found a shape of length 0 m, expected a longer one");
   const auto* insertion = std::get_if<Insertion>(&spec.shape);
   const bool given = insertion != nullptr && static_cast<int>(insertion->tips.size()) == spec.point_count;
   const Polyline tips = given ? insertion->tips : resample(tip, spec.point_count);
@@ -116,7 +116,8 @@ std::vector<TrajectoryPoint> sample(const TrajectorySpec& spec, const Trajectory
   points.reserve(tips.size());
   for (std::size_t i = 0; i < tips.size(); ++i) {
     if (!tips[i].allFinite() || !relatives[i].allFinite()) {
-      throw std::invalid_argument("trajectory '" + spec.name + "': a point is not finite");
+      throw std::invalid_argument("trajectory '" + spec.name + "': found a point that is not finite, number " +
+                                  std::to_string(i) + ", expected finite coordinates");
     }
     points.push_back({tips[i], relatives[i]});
   }

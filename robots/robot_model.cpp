@@ -44,7 +44,8 @@ safety::RobotVector RobotModel::stack(const std::vector<Eigen::VectorXd>& arms) 
   for (int k = 0; k < armCount(); ++k) {
     const Eigen::VectorXd& joints = arms[static_cast<std::size_t>(k)];
     if (joints.size() != size(k))
-      throw std::invalid_argument("arm " + std::to_string(k) + ": wrong number of joints");
+      throw std::invalid_argument("arm " + std::to_string(k) + ": found " + std::to_string(joints.size()) +
+                                  " joints, expected " + std::to_string(size(k)));
     q.segment(offset(k), size(k)) = joints;
   }
   return q;

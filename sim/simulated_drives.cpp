@@ -47,15 +47,17 @@ void checkArguments(const std::vector<safety::ArmLimits>& limits,
     refuse("1 to " + std::to_string(safety::kMaxArms) + " arms expected, found " + std::to_string(limits.size()));
   }
   if (start.size() != limits.size())
-    refuse("one start per arm expected");
+    refuse("found start joints of " + std::to_string(start.size()) + " arms, expected one for each of the " +
+           std::to_string(limits.size()));
   if (!(options.control_period > 0.0))
-    refuse("control period must be above zero");
+    refuse("control period: found " + std::to_string(options.control_period) + " s, expected more than 0 s");
   for (std::size_t a = 0; a < limits.size(); ++a) {
     const std::string arm = "arm " + std::to_string(a);
     if (start[a].size() != limits[a].jointCount())
-      refuse(arm + ": start has the wrong number of joints");
+      refuse(arm + ": found a start of " + std::to_string(start[a].size()) + " joints, expected " +
+             std::to_string(limits[a].jointCount()));
     if (!(safety::largestViolation(limits[a], start[a]) <= kInsideTolerance) || !start[a].allFinite()) {
-      refuse(arm + ": start is outside the limits");
+      refuse(arm + ": found a start outside the limits of its joints, expected one inside");
     }
   }
 }

@@ -21,9 +21,13 @@ TipTracker::TipTracker(int arm_count, const TipTrackerOptions& options, std::uin
       random_(seed, Noise::kTracker, 0),
       delays_(seed, Noise::kTrackerDelay, 0) {
   if (!(options.rate > 0.0) || !(options.delay >= 0.0) || !(options.delay_variation >= 0.0))
-    throw std::invalid_argument("tip tracker: the rate must be above zero, the delay and its variation not below");
+    throw std::invalid_argument("tip tracker: found a rate of " + std::to_string(options.rate) + " Hz, a delay of " +
+                                std::to_string(options.delay) + " s and a delay variation of " +
+                                std::to_string(options.delay_variation) +
+                                " s, expected a rate above zero and the others not below");
   if (!(options.distortion_period > 0.0))
-    throw std::invalid_argument("tip tracker: the period of the distortion must be above zero");
+    throw std::invalid_argument("tip tracker: found a distortion period of " +
+                                std::to_string(options.distortion_period) + " m, expected more than 0 m");
   under_way_.resize(static_cast<std::size_t>(std::ceil((options.delay + options.delay_variation) * options.rate)) + 2);
   RandomStream phases(seed, Noise::kTrackerDistortion, 0);
   for (int axis = 0; axis < 3; ++axis) {

@@ -29,7 +29,7 @@ class Netlink {
  public:
   Netlink() : fd_(socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE)) {
     if (fd_ < 0)
-      refuse(errno, "netlink");
+      refuse(errno, "netlink socket for CAN interfaces");
     const timeval timeout{2, 0};
     setsockopt(fd_, SOL_SOCKET, SO_RCVTIMEO, &timeout, sizeof timeout);
   }
@@ -39,7 +39,7 @@ class Netlink {
 
   void send(const void* message, std::size_t length) {
     if (::send(fd_, message, length, 0) < 0)
-      refuse(errno, "netlink");
+      refuse(errno, "netlink request for CAN interfaces");
   }
   /// Calls `visit` for each message of the answer until its end; throws if the kernel refuses.
   template <class Visit>

@@ -101,7 +101,7 @@ void SocketCanBus::configure(const BusOptions& options) {
   address.can_family = AF_CAN;
   address.can_ifindex = link_.index();
   if (bind(fd_, reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0)
-    throw std::system_error(errno, std::generic_category(), "bind to " + name());
+    throw std::system_error(errno, std::generic_category(), "CAN socket: bind to " + name());
 }
 
 std::size_t SocketCanBus::send(std::span<const CanFrame> frames) noexcept {

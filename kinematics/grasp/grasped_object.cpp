@@ -98,7 +98,7 @@ struct GraspedObject::Linear {
 
 GraspedObject::GraspedObject(const Grasp& grasp, const std::vector<catheter::ElasticArm>& arms) : grasp_(grasp) {
   if (arms.size() != grasp.contacts().size())
-    throw std::invalid_argument("held object: found " + std::to_string(arms.size()) +
+    throw std::invalid_argument("grasped object: found " + std::to_string(arms.size()) +
                                 " arms, expected one for each of " + std::to_string(grasp.contacts().size()) +
                                 " contacts");
   for (const catheter::ElasticArm& arm : arms)

@@ -41,7 +41,8 @@ Answer answerPage(Context& context, const Request& request) {
   }
   const auto file = context.page.find(request.path, request.gzip);
   if (!file)
-    return refuse(context, 404, "not found: " + request.path.substr(0, 100));
+    return refuse(context, 404,
+                  "not found: " + request.path.substr(0, 100) + "; the page is at /, data is below /api/");
   answer.type = file->type;
   answer.headers.emplace_back("ETag", file->etag);
   answer.headers.emplace_back("Vary", "Accept-Encoding");
@@ -55,7 +56,7 @@ Answer answerPage(Context& context, const Request& request) {
   std::ifstream stream(file->path, std::ios::binary);
   answer.body.assign(std::istreambuf_iterator<char>(stream), {});
   if (!stream)
-    return refuse(context, 500, "the file cannot be read");
+    return refuse(context, 500, "the console cannot read this file of the page; install Tandem again");
   return answer;
 }
 

@@ -287,7 +287,10 @@ class Http final : public std::enable_shared_from_this<Http<Stream>> {
     if (!answered.later)
       return send(answered, known && message.keep_alive());
     if (context_.slow >= kMaxSlow)
-      return send(refuse(context_, 503, "too many requests for recordings at a time"), false);
+      return send(refuse(context_, 503,
+                         "found " + std::to_string(kMaxSlow) +
+                             " requests for recordings in progress, expected fewer; repeat the request later"),
+                  false);
     compute(answered, known && message.keep_alive());
   }
 

@@ -32,7 +32,7 @@ EventsFile::EventsFile(History& history,
   try {
     read(deployment);
   } catch (const std::exception& unusable) {
-    spdlog::warn("earlier events are not known: {}", unusable.what());
+    spdlog::warn("events of the last run are not shown: {}", unusable.what());
   }
   written_ = history_.taken();
   thread_ = std::thread([this] { run(); });
@@ -52,7 +52,8 @@ void EventsFile::read(const config::Deployment& deployment) {
     return;
   recording::Reader reader(file_, recording::Reader::Open::kFast, kMemory);
   if (!recordings::isRunOf(deployment, recordings::valuesOfRun(reader)))
-    throw std::invalid_argument(file_.string() + " is of another robot or deployment, or of other values of them");
+    throw std::invalid_argument(file_.string() +
+                                ": found events of another robot or deployment, or of other values of their keys");
   recordings::MessageUpgrader upgrader(reader);
   reader.forEach({}, [&](const recording::Channel& channel, const recording::Message& message) {
     for (std::uint32_t k = 0; k < topics_.size(); ++k) {
@@ -67,7 +68,7 @@ void EventsFile::read(const config::Deployment& deployment) {
     return true;
   });
   for (const std::string& damage : reader.damage())
-    spdlog::warn("earlier events: {}", damage);
+    spdlog::warn("events of the last run: {}; the events after it are not shown", damage);
 }
 
 void EventsFile::write() {
@@ -91,7 +92,8 @@ void EventsFile::write() {
     failed_ = false;
   } catch (const std::exception& error) {
     if (!std::exchange(failed_, true))
-      spdlog::error("the events are not kept for the next start, and tried again: {}", error.what());
+      spdlog::error("the events cannot be written for the next start; the console tries again after the next event: {}",
+                    error.what());
     std::error_code ignored;
     fs::remove(next, ignored);
   }

@@ -40,7 +40,7 @@ Recording::~Recording() {
 void Recording::start() {
   std::unique_lock lock(mutex_);
   if (recording_)
-    throw std::invalid_argument("a recording runs already: " + totals_.files.front().string());
+    throw std::invalid_argument("a recording runs already: " + totals_.files.front().string() + "; stop it first");
   lock.unlock();
   if (thread_.joinable())
     thread_.join();  // has ended
@@ -59,7 +59,7 @@ void Recording::start() {
 void Recording::stop() {
   const std::lock_guard lock(mutex_);
   if (!recording_)
-    throw std::invalid_argument("nothing is recorded");
+    throw std::invalid_argument("no recording runs; start one first");
   ending_ = true;
   changed_.notify_all();
 }
@@ -70,7 +70,7 @@ void Recording::mark(const std::string& text) {
                                 std::to_string(kLongestMark));
   const std::lock_guard lock(mutex_);
   if (!recording_ || ending_)
-    throw std::invalid_argument("nothing is recorded");
+    throw std::invalid_argument("no recording runs; start one first");
   marks_.push_back({recordings::wallClock(), text});
 }
 

@@ -113,7 +113,7 @@ Json Replay::list() const {
 std::unique_ptr<recordings::RecordedSystem> Replay::otherSystem(recording::Reader& reader) const {
   const auto run = valuesOfRun(reader);
   if (valueIn(run, "fingerprint").empty())
-    fail("is no recording of Tandem, or of a version that did not record the robot's fingerprint");
+    fail("found no fingerprint of the robot, expected a recording that Tandem has made since version 0.1");
   if (reader.statistics().messages == 0)
     fail("contains no messages");
   if (recordings::isRunOf(deployment_, run))

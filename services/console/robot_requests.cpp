@@ -67,7 +67,7 @@ void RobotRequests::note(const std::shared_ptr<Client>& client, std::string_view
 void RobotRequests::call(const std::shared_ptr<Client>& client, const ServiceCall& call) {
   const auto fail = [&](const std::string& why) { client->sendText(serviceFailure(call, why)); };
   if (call.service == 0 || call.service > ends_.size())
-    return fail("service " + std::to_string(call.service) + ": unknown");
+    return fail("service " + std::to_string(call.service) + ": unknown, expected 1 to " + std::to_string(ends_.size()));
   const Ends& ends = ends_[call.service - 1];
   const std::string& name = services_[call.service - 1].name;
   if (!dds::mayPublish(client->role(), ends.topic))

@@ -115,7 +115,8 @@ void ClearancePublisher::reportOverlap(const dds::ActuationState& state, double 
     for (const std::string& overlap : overlaps)
       spdlog::warn("{}", overlap);
     if (overlaps.empty())
-      spdlog::warn("a body is {:.3g} mm inside the wall of the port", -1e3 * distance);
+      spdlog::warn("an arm is {:.3g} mm inside the wall of the port; retract the arms, or move them away from the wall",
+                   -1e3 * distance);
   }
 }
 

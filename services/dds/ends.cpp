@@ -18,7 +18,8 @@ WriterEnd::WriterEnd(std::shared_ptr<Participant> participant,
   const auto qos = writerQos(profile, participant_->options(), type->is_plain());
   writer_ = participant_->publisher()->create_datawriter(topic, qos, this);
   if (writer_ == nullptr) {
-    throw std::runtime_error("DDS rejected the writer of " + name_);
+    throw std::runtime_error("DDS cannot create the writer of topic " + name_ +
+                             "; the lines of Fast DDS above name the cause");
   }
 }
 
@@ -63,7 +64,8 @@ void ReaderEnd::open(Profile profile, fast::TopicDataType* type, const ReaderOpt
   senders_ = options.senders;
   reader_ = participant_->subscriber()->create_datareader(topic, qos, this);
   if (reader_ == nullptr) {
-    throw std::runtime_error("DDS rejected the reader of " + name_);
+    throw std::runtime_error("DDS cannot create the reader of topic " + name_ +
+                             "; the lines of Fast DDS above name the cause");
   }
 }
 

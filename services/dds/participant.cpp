@@ -305,7 +305,7 @@ fast::Topic* Participant::topic(const std::string& dds_name, const fast::TypeSup
   }
   auto* created = participant_->create_topic(dds_name, type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
   if (created == nullptr) {
-    throw std::runtime_error("DDS rejected topic " + dds_name);
+    throw std::runtime_error("DDS cannot create topic " + dds_name + "; the lines of Fast DDS above name the cause");
   }
   return created;
 }

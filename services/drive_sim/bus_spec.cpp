@@ -221,7 +221,8 @@ EncoderSpec parseEncoder(const std::string& text) {
   const std::vector<std::string> parts = split(text);
   const std::size_t equal = parts[0].find('=');
   if (equal == std::string::npos)
-    throw std::invalid_argument("encoder '" + text + "', expected ID=DRIVE");
+    throw std::invalid_argument("encoder: found '" + text +
+                                "', expected ID=DRIVE: its node id and that of its drive, e.g. 17=1");
   EncoderSpec spec;
   spec.id = toNode(parts[0].substr(0, equal));
   spec.drive = toNode(parts[0].substr(equal + 1));

@@ -24,16 +24,17 @@ void checkLink(const hal::BusConfig& bus) {
   if (!link)
     return;
   if (link->bit_rate && static_cast<double>(*link->bit_rate) != bus.bit_rate) {
-    throw std::invalid_argument("bus " + bus.name + ": " + link->name + " runs at " + std::to_string(*link->bit_rate) +
-                                " bit/s, the hardware file plans with " +
-                                std::to_string(static_cast<std::uint32_t>(bus.bit_rate)));
+    const std::string wanted = std::to_string(static_cast<std::uint32_t>(bus.bit_rate));
+    throw std::invalid_argument("bus " + bus.name + ": found " + link->name + " at " + std::to_string(*link->bit_rate) +
+                                " bit/s, expected the " + wanted + " bit/s of the hardware file; `ip link set " +
+                                link->name + " down`, then `ip link set " + link->name + " up type can bitrate " +
+                                wanted + "`, or change the bit rate in the file");
   }
   if (link->restart_ms.value_or(0) != 0)
     spdlog::warn(
-        "bus {}: {} restarts automatically after bus-off (restart-ms {}), when drives may have stopped by time-out; "
-        "set "
-        "restart-ms 0",
-        bus.name, link->name, *link->restart_ms);
+        "bus {}: {} restarts by itself {} ms after bus-off, although drives may have stopped by then; `ip link set {} "
+        "type can restart-ms 0` leaves the restart to tandem-hal",
+        bus.name, link->name, *link->restart_ms, link->name);
   if (link->queue_length < kQueueLength)
     spdlog::warn("bus {}: {} has a transmit queue of {}; `ip link set {} txqueuelen {}` avoids dropped frames",
                  bus.name, link->name, link->queue_length, link->name, kQueueLength);
@@ -56,7 +57,9 @@ hal::HardwareConfig loadHardwareOf(const runtime::Setup& setup) {
     refuse("hardware",
            "found one for robot " + hardware.robot_file + ", expected one for " + deployment.robot.string());
   if (hardware.period > deployment.control_period)
-    refuse("control_period", "found less than the period of the bus, expected at least that");
+    refuse("control_period", "found " + std::to_string(deployment.control_period) +
+                                 " s, expected at least the period of the buses in the hardware file, " +
+                                 std::to_string(hardware.period) + " s");
   return hardware;
 }
 

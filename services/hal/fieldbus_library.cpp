@@ -23,14 +23,15 @@ std::unique_ptr<hal::Fieldbus> openLibrary(const hal::HardwareConfig& hardware, 
   const auto entry = reinterpret_cast<Entry>(dlsym(handle, "tandem_fieldbus"));
   const hal::FieldbusLibrary* const library = entry == nullptr ? nullptr : entry();
   if (library == nullptr)
-    throw refuse("found no bus, expected the function tandem_fieldbus (docs/own-hardware.md)");
+    throw refuse("found no function tandem_fieldbus that returns a bus, expected one (docs/own-hardware.md)");
   const hal::FieldbusLibrary own;
   if (library->version != own.version || !std::ranges::equal(library->sizes, own.sizes))
     throw refuse("found a library for another version of tandem-hal (interface " + std::to_string(library->version) +
                  ", expected " + std::to_string(own.version) + "): compile it with the headers of this one");
   std::unique_ptr<hal::Fieldbus> opened(library->open == nullptr ? nullptr : library->open(hardware, bus));
   if (opened == nullptr)
-    throw refuse("opened no bus");
+    throw refuse("its function open returned no bus for " + hardware.buses[static_cast<std::size_t>(bus)].name +
+                 ", expected one (docs/own-hardware.md)");
   return opened;
 }
 

@@ -70,7 +70,7 @@ RecordedSystem readSystem(recording::Reader& reader, RecordedHardware hardware) 
     const std::string prefix = folder.path().string() + "/";
     for (std::size_t at = what.find(prefix); at != std::string::npos; at = what.find(prefix))
       what.erase(at, prefix.size());
-    throw std::invalid_argument("attachment " + what);
+    throw std::invalid_argument("attachment of the recording: " + what);
   }
 }
 

@@ -196,7 +196,8 @@ void limitMemory(int megabytes) {
   ::getrlimit(RLIMIT_DATA, &both);
   both.rlim_cur = std::min(both.rlim_cur, limit);
   if (::setrlimit(RLIMIT_DATA, &both) != 0)
-    spdlog::warn("memory_limit_mb: {}", std::strerror(errno));
+    spdlog::warn("memory_limit_mb: a limit of {} MB cannot be set ({}); the memory of this process has no limit",
+                 megabytes, std::strerror(errno));
 }
 
 }  // namespace

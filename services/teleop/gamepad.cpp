@@ -41,7 +41,7 @@ class Gamepad final : public Device {
   Reading read(double time) override {
     SDL_GameControllerUpdate();
     if (!SDL_GameControllerGetAttached(pad_))
-      throw DeviceError("gamepad: disconnected");
+      throw DeviceError("gamepad: disconnected; plug it in and start tandem teleop again");
     Reading reading;
     reading.present = axis(sdl::kAxisTriggerRight) > kHeld;
     reading.clutch = held(sdl::kButtonLeftShoulder);

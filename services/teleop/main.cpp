@@ -51,7 +51,7 @@ std::uint8_t armIndex(const config::Robot& robot, const std::string& name, std::
     return static_cast<std::uint8_t>(std::min(otherwise, robot.arms.size() - 1));
   if (const auto k = config::findArm(robot, name))
     return static_cast<std::uint8_t>(*k);
-  throw Failure(client::kUsage, "arm '" + name + "', expected one of " + config::armNames(robot));
+  throw Failure(client::kUsage, "arm: found '" + name + "', expected one of " + config::armNames(robot));
 }
 
 /** Client session: sends teleop/input, and stores teleop/status and control/status from DDS threads. */

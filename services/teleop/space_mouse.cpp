@@ -31,7 +31,8 @@ class SpaceMouse final : public Device {
     char byte = 0;
     const ssize_t there = recv(spnav_fd(), &byte, 1, MSG_PEEK | MSG_DONTWAIT);
     if (there == 0 || (there < 0 && errno != EAGAIN && errno != EINTR))
-      throw DeviceError("SpaceMouse: spacenavd has ended");
+      throw DeviceError(
+          "SpaceMouse: spacenavd has ended; start it (systemctl start spacenavd) and start tandem teleop again");
     spnav_event event;
     for (int i = 0; i < kMostEvents && spnav_poll_event(&event) != 0; ++i) {
       if (event.type == SPNAV_EVENT_MOTION) {
@@ -40,7 +41,7 @@ class SpaceMouse final : public Device {
         linear_ = speed_ / kFull * Eigen::Vector3d(m.x, m.y, m.z);
         angular_ = kTurning / kFull * Eigen::Vector3d(m.rx, m.ry, m.rz);
       } else if (event.type == SPNAV_EVENT_DEV && event.dev.op == SPNAV_DEV_RM) {
-        throw DeviceError("SpaceMouse: disconnected");
+        throw DeviceError("SpaceMouse: disconnected; plug it in and start tandem teleop again");
       } else if (event.type == SPNAV_EVENT_BUTTON && event.button.bnum < 32) {
         const std::uint32_t bit = 1U << event.button.bnum;
         buttons_ = event.button.press != 0 ? buttons_ | bit : buttons_ & ~bit;

@@ -50,7 +50,8 @@ std::vector<Line> readCsv(const std::string& file) {
   std::ifstream stream(file);
   std::string text;
   if (!stream || !std::getline(stream, text))
-    throw DeviceError(file + ": cannot be read, or is empty");
+    throw DeviceError(file +
+                      ": cannot be read, or is empty; expected a CSV file with a header (docs/teleoperation.md)");
   const std::vector<std::string> columns = fieldsOf(text);
   const auto has = [&](const std::string& name) {
     return std::find(columns.begin(), columns.end(), name) != columns.end();
@@ -68,7 +69,7 @@ std::vector<Line> readCsv(const std::string& file) {
   }
   for (const std::string& name : {std::string("time_s"), (pose ? kPlace : kVelocity)[0]}) {
     if (!has(name))
-      fail(file, 1, "no column '" + name + "'");
+      fail(file, 1, "found no column '" + name + "', expected it");
   }
   std::vector<Line> lines;
   for (int number = 2; std::getline(stream, text); ++number) {

@@ -195,7 +195,7 @@ module.exports = ({ me, robot, server, enable, run, shot, open }) => {
       for (const topic of ["actuation/state", "control/status", "hal/status"]) assert.ok(topics.includes(topic), topic);
       const refused = await fetch(`${server.url}/api/recording/stop`, { method: "POST" });
       assert.strictEqual(refused.status, 400);
-      assert.match(await refused.text(), /nothing is recorded/);
+      assert.match(await refused.text(), /no recording runs/);
     },
 
     async "preview: the legend covers no tip, with any camera and size"() {

@@ -226,8 +226,8 @@ int runExperiment(ExperimentCommand options) {
     });
   } else {
     if (!fs::equivalent(deployment.robot, experiment.robot)) {
-      throw Failure(kUsage, deployment.file.string() + " is for robot " + deployment.robot.string() +
-                                ", the experiment for " + experiment.robot.string());
+      throw Failure(kUsage, "robot: found " + deployment.robot.string() + " in " + deployment.file.string() + " and " +
+                                experiment.robot.string() + " in the experiment; use the same robot in both files");
     }
     if (deployment.relative_gain != experiment.relative_gain || deployment.tip_gain != experiment.tip_gain) {
       throw Failure(kUsage,
@@ -237,9 +237,9 @@ int runExperiment(ExperimentCommand options) {
                                 experiment.relative_gain, experiment.tip_gain));
     }
     if (deployment.method_library != experiment.method_library)
-      throw Failure(kUsage, "deployment and experiment differ in their method_library: found '" +
-                                deployment.method_library.string() + "' and '" + experiment.method_library.string() +
-                                "'");
+      throw Failure(kUsage, "method_library: found '" + deployment.method_library.string() + "' and '" +
+                                experiment.method_library.string() +
+                                "', in the deployment and in the experiment; use the same file in both");
     useOwnDomain(deployment);
     withProcesses(deployment, options.log, [&](const std::function<bool()>& interrupted) {
       ExperimentRunner runner(deployment, robot, model, interrupted);

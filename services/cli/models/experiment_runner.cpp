@@ -34,7 +34,8 @@ ExperimentRunner::ExperimentRunner(const config::Deployment& deployment,
                                    std::function<bool()> interrupted)
     : model_(model), lock_step_(deployment.clock == config::ClockMode::kLockStep), arm_names_(config::armList(robot)) {
   if (static_cast<int>(robot.arms.size()) != model.armCount())
-    throw Failure(kUsage, "robot and model differ");
+    throw Failure(kUsage, "robot: found " + std::to_string(robot.arms.size()) + " arms, expected the " +
+                              std::to_string(model.armCount()) + " of its model");
   client::Client::Callbacks callbacks;
   callbacks.state = [this](const dds::ActuationState& m) {
     const std::lock_guard lock(mutex_);
@@ -224,7 +225,8 @@ bool ExperimentRunner::addRow(experiments::RunRecord& record, const dds::Plannin
   data.setpoint = stacked(state->second.setpoint);
   for (int k = 0; k < model_.armCount(); ++k) {
     if (tips->second.valid[static_cast<std::size_t>(k)] == 0)
-      throw RunEnded("the plant has no equilibrium for these joints");
+      throw RunEnded(arm_names_[static_cast<std::size_t>(k)] +
+                     ": the simulated arm has no equilibrium at these joints");
     data.tip[static_cast<std::size_t>(k)] = dds::tipPosition(tips->second, k);
     data.orientation[static_cast<std::size_t>(k)] = dds::tipOrientation(tips->second, k);
   }

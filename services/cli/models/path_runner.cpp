@@ -67,7 +67,9 @@ std::uint32_t PathRunner::start(const planning::ObjectPath& path, std::string& r
   const std::uint64_t enabled = client_->snapshot().status.sequence;
   if (!client_->waitFor(client_->timeout(kPathProgress),
                         [&](const client::Snapshot& s) { return s.reference.answers_control >= enabled; }))
-    throw Failure(kFailure, "planning does not receive control/status");
+    throw Failure(kFailure,
+                  "planning does not receive control/status; check that `tandem-control` and `tandem-planning` run "
+                  "with the same deployment");
   dds::PlanningRequest request;
   request.kind = static_cast<std::uint8_t>(dds::PlanningKind::kStart);
   request.trajectory = config::formatPath(path);
@@ -113,7 +115,8 @@ PathRunner::Period PathRunner::next(std::uint32_t id, std::size_t periods) {
 safety::RobotVector PathRunner::joints(const dds::ActuationState& state, int count) const {
   safety::RobotVector q;
   if (!dds::measuredJoints(state, state.arm_count, count, q))
-    throw Failure(kFailure, "a state has other joints than the robot");
+    throw Failure(kFailure, "found an actuation/state without valid joints of all arms, expected " +
+                                std::to_string(count) + " joints");
   return q;
 }
 

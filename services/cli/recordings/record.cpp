@@ -89,7 +89,7 @@ int runRecord(const RecordCommand& options) {
   recorder.close();
   reportRecording(options, "recorded", recorder.totals(), since(start));
   if (recorder.totals().messages == 0)
-    throw Failure(kFailure, "no message came (domain " + std::to_string(deployment.domain) + ", prefix " +
+    throw Failure(kFailure, "no message received (domain " + std::to_string(deployment.domain) + ", prefix " +
                                 deployment.prefix + "); check that `tandem up` is running");
   return recorder.totals().lost == 0 ? kOk : kFailure;
 }

@@ -39,7 +39,9 @@ Run readRun(Recording& recording) {
     if (topic == dds::kActuationState.name) {
       const auto state = decode<dds::ActuationState>(recording, channel, message);
       if (state && session != 0 && state->session != session)
-        throw Failure(kUsage, "the recording contains states of several simulators, expected one");
+        throw Failure(kUsage,
+                      "found states of several simulators in the recording, expected one: record each run of the "
+                      "system in a file of its own");
       if (state && run.states.emplace(state->sequence, *state).second) {
         session = state->session;
         run.state_channel = channel;
@@ -57,10 +59,12 @@ Run readRun(Recording& recording) {
     return true;
   });
   if (run.states.empty())
-    throw Failure(kUsage, "the recording contains no actuation/state; record all topics");
+    throw Failure(kUsage, "found no actuation/state in the recording, expected all topics: record without --topics");
   if (run.states.begin()->second.lock_step == 0)
     throw Failure(kUsage,
-                  "found a recording in real time, expected clock: lock_step (results in real time depend on timing)");
+                  "found a recording in real time, expected one of a deployment with clock: lock_step (results in real "
+                  "time depend on "
+                  "timing)");
   return run;
 }
 

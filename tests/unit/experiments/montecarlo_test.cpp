@@ -175,7 +175,7 @@ TEST(TaskResults, ARefusalNamesItsReason) {
   LoopOptions options;
   options.plant.model = "compliant";
   const MonteCarlo run{.seed = 3, .tasks = 20, .infeasible = 0.5, .methods = {control::Method::kNspqp}, .cases = {{}}};
-  const std::string reason = "the plant of arm_a: no equilibrium was found";
+  const std::string reason = "arm_a: the simulated arm has no solution at these joints: no equilibrium was found";
   std::vector<TaskResult> results = runTask(robot, model, options, run, 0, 7);
   ASSERT_EQ(results.front().outcome, Outcome::kRefused);
   EXPECT_EQ(results.front().reason, reason);

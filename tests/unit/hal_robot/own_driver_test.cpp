@@ -234,7 +234,7 @@ std::string refusalOf(const std::string& library) {
 TEST(OwnDriver, IsRefusedWithTheFileAndTheReason) {
   EXPECT_NE(refusalOf("/nowhere/board.so").find("/nowhere/board.so: cannot open"), std::string::npos);
   EXPECT_EQ(refusalOf("libm.so.6"),
-            "libm.so.6: found no bus, expected the function tandem_fieldbus (docs/own-hardware.md)");
+            "libm.so.6: found no function tandem_fieldbus that returns a bus, expected one (docs/own-hardware.md)");
   EXPECT_NE(
       refusalOf(TANDEM_OLD_BOARD).find("found a library for another version of tandem-hal (interface 0, expected"),
       std::string::npos)

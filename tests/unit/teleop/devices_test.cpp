@@ -253,7 +253,7 @@ TEST(Trace, BadFilesAreNamedLineByLine) {
   };
   EXPECT_TRUE(has("", "empty"));
   EXPECT_TRUE(has("time_s,vx\n", "bad.csv:1: found column 'vx'"));
-  EXPECT_TRUE(has("vx_mm_per_s\n", "no column 'time_s'"));
+  EXPECT_TRUE(has("vx_mm_per_s\n", "found no column 'time_s', expected it"));
   const std::string head = "time_s,vx_mm_per_s,vy_mm_per_s,vz_mm_per_s\n";
   EXPECT_TRUE(has(head, "no motion"));
   EXPECT_TRUE(has(head + "0,0,0\n", "bad.csv:2: found 3 fields, expected 4"));
