@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Axes of a hardware file with other drives or directions, as text for a hardware file. */
+/** @file Text of one axis for a hardware file: the axis of an existing file with another drive or direction. */
 #pragma once
 
 #include <cstddef>

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what `tandem commission` has measured: following error and encoder minus drive over the position of each axis.
+"""Figures of the measurements of `tandem commission`: following error and encoder minus drive over the position of each axis.
 
     commissioning.py FOLDER FIGURE [--dpi N] [--width 1|2]
 

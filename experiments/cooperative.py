@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what `tandem cooperative` leaves as CSV files (docs/csv.md).
+"""Figures from the CSV files of `tandem cooperative` (docs/csv.md).
 
     cooperative.py track CSV SHAPES FILE    arms, object, path, errors and forces of co-manipulate and target-assist
     cooperative.py payload CSV FILE NAME... stiffness and payload by direction, of all arms and of each one alone
@@ -148,7 +148,7 @@ def readable(name):
 
 
 def draw_reach(arguments, sheet):
-    """Tips that the samples of an assisted target have shown."""
+    """Tip positions of the sampled target arm, with those that need assistance in another colour."""
     table = columns(arguments.source)
     if "beyond" not in table:
         raise wrong_file(arguments.source, "no column 'beyond'", "tandem cooperative reach --csv")
@@ -175,7 +175,7 @@ def draw_reach(arguments, sheet):
 
 
 def draw_payload(arguments, sheet):
-    """What carriers carry in the planes of the robot's axes: a row of stiffness, a row of payload."""
+    """Stiffness (upper row) and payload (lower row) of each carrier in the planes of the robot's axes."""
     table, carriers = columns(arguments.source), arguments.carriers
     if "payload" not in table:
         raise wrong_file(arguments.source, "no column 'payload'", "tandem cooperative payload --csv")

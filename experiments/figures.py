@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws the runs of an experiment from its CSV files (docs/csv.md).
+"""Figures of the runs of an experiment from its CSV files (docs/csv.md).
 
     figures.py CSVDIR FIGDIR [--format png|pdf|svg] [--dpi N] [--width 1|2]
 

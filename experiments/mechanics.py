@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what `tandem stability --map` and `tandem workspace` leave as CSV files (docs/csv.md), and `tandem show`.
+"""Figures from the CSV files of `tandem stability --map` and `tandem workspace` (docs/csv.md), and from `tandem show --json`.
 
     mechanics.py map CSV FILE             stability over rotations relative to tube 1
     mechanics.py workspace CSVDIR FIGDIR  reachable cells: FIGDIR/workspace-section and FIGDIR/workspace-volume

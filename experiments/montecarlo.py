@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what `tandem montecarlo` leaves as a CSV file (docs/csv.md).
+"""Figures and tables from the CSV file of `tandem montecarlo` (docs/csv.md).
 
     montecarlo.py CSV FILE [--dpi N] [--width 1|2]
 

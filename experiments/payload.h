@@ -17,16 +17,17 @@ struct PayloadOptions {
   double most_load = 10.0;  ///< N, where the search ends
 };
 
-/** In one direction, the joints standing still. */
+/** Stiffness and payload in one direction, with the joints at standstill. */
 struct Payload {
-  double stiffness = 0.0;  ///< force for a displacement along itself, N/m, all else free to follow
-  double load = 0.0;       ///< largest force on the object's origin that it carries on top of the one it has, N
-  double sag = 0.0;        ///< by how much the object has given way under it, m
-  std::string limit;       ///< what a larger one would do
+  double stiffness =
+      0.0;            ///< force per displacement along the force, N/m; displacements in all other directions are free
+  double load = 0.0;  ///< largest force on the object's origin in addition to the load of the file, N
+  double sag = 0.0;   ///< displacement of the object under this force, m
+  std::string limit;  ///< limit that a larger force exceeds
 };
 
-/** Rests from which loads are added: of all arms as they press now, and of each one alone that holds the object by
- * itself at the same joints. */
+/** Equilibria to which loads are added: of all arms with their present squeeze, and of each single arm that carries the
+ * object at the same joints. */
 class PayloadStudy {
  public:
   /// @param mechanism  in equilibrium; outlives this
@@ -34,16 +35,16 @@ class PayloadStudy {
 
   /// "all", then the arms by name.
   const std::vector<std::string>& carriers() const { return carriers_; }
-  /// Why a carrier holds nothing; empty where it does.
+  /// Reason why a carrier cannot carry the object; empty: it can.
   const std::string& refusal(std::size_t carrier) const { return refusals_[carrier]; }
   const kinematics::grasp::GraspEquilibrium& equilibrium(std::size_t carrier) const { return equilibria_[carrier]; }
 
-  /// The load grows in steps of a tenth of the sag that is allowed, and the last step is halved until it is known to a
-  /// thousandth. Many threads may ask at once. @param direction  of size one, robot base frame
+  /// Raises the load in steps of a tenth of the permitted sag, and halves the last step until the load is known to a
+  /// thousandth. Thread-safe. @param direction  unit vector, robot base frame
   Payload carried(std::size_t carrier, const Eigen::Vector3d& direction, const PayloadOptions& options) const;
 
  private:
-  /// An equilibrium under more load, or why it is none.
+  /// An equilibrium under a larger load, or the reason why there is none.
   struct Attempt {
     kinematics::grasp::GraspEquilibrium equilibrium;
     std::string limit;

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Draws the standard figures of a recording from the CSV files of `tandem export --indices`.
+"""Standard figures of a recording from the CSV files of `tandem export --indices`.
 
     recording_figures.py CSV_FOLDER FIGURE_FOLDER [--arms a,b] [--joints 6,6] [--format png|pdf|svg] [--dpi N] [--width 1|2]
 

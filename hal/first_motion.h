@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file First motion of an axis after its boot: does the joint travel as far as commanded, and in that direction? */
+/** @file First-motion check of an axis after boot: compares distance and direction of its travel with the command. */
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Run against a mechanical stop: the stop is where the joint stands although the drive pushes. */
+/** @file Homing run against a mechanical stop: finds the position at which the joint stands while the drive pushes. */
 #pragma once
 
 #include <cstdint>

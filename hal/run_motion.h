@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Motion of a joint in a homing run: does the joint travel as fast as the run, and not faster? */
+/** @file Motion check of a homing run: compares the travel of a joint with the speed of the run. */
 #pragma once
 
 #include <cmath>

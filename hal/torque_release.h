@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file A joint that runs away although it has to stop: its own torque drives it. */
+/** @file Torque release of a joint that has to stop: at standstill, or earlier if the joint does not slow down. */
 #pragma once
 
 #include <algorithm>

@@ -30,7 +30,7 @@ struct CycleOutput {
  * locks or throws. All times are ns on one monotonic clock. */
 class ControlCore {
  public:
-  /// @param object_control  of catheters, kept by reference; null for tubes
+  /// @param object_control  of arms that move a common object, kept by reference; null for independent tips
   ControlCore(const ControlSetup& setup,
               std::unique_ptr<planning::ReferenceTracker> tracker,
               ObjectControl* object_control = nullptr);

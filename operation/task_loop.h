@@ -14,11 +14,12 @@
 
 namespace tandem::operation {
 
-/** Closes the loop on the model's tips, on measured tips, or on the common object of catheters. Nothing allocates in a
+/** Closes the loop on the model's tips, on measured tips, or on the common object. Nothing allocates in a
  * cycle, except ObjectControl in lock-step. */
 class TaskLoop {
  public:
-  /// Keeps `drives` and `object_control` by reference. @param object_control  for catheters; null for tubes
+  /// Keeps `drives` and `object_control` by reference. @param object_control  for arms that move a common object; null
+  /// for independent tips
   TaskLoop(const ControlSetup& setup,
            const DriveExchange& drives,
            std::unique_ptr<planning::ReferenceTracker> tracker,

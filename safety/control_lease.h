@@ -16,7 +16,7 @@ class ControlLease {
 
   /// Owner of the lease; 0 = free: released, or the owner's heartbeat timed out.
   std::uint64_t owner(std::int64_t now) const noexcept { return watchdog_.expired(now) ? 0 : client_; }
-  bool holds(std::uint64_t client, std::int64_t now) const noexcept { return client != 0 && owner(now) == client; }
+  bool isOwner(std::uint64_t client, std::int64_t now) const noexcept { return client != 0 && owner(now) == client; }
 
   /// Acquires a free lease, or renews the client's own. False: another client has it, or the client is 0.
   /// @param answered  when the message that the client answers was sent: the age of a heartbeat counts from then
@@ -30,11 +30,11 @@ class ControlLease {
   bool acquire(std::uint64_t client, std::int64_t now) noexcept { return acquire(client, now, now); }
 
   /// Renews. False: the client does not have the lease (any more) and must acquire it again.
-  bool keep(std::uint64_t client, std::int64_t now) noexcept { return holds(client, now) && acquire(client, now); }
+  bool keep(std::uint64_t client, std::int64_t now) noexcept { return isOwner(client, now) && acquire(client, now); }
 
   /// Releases. False: the client does not have the lease.
   bool release(std::uint64_t client, std::int64_t now) noexcept {
-    if (!holds(client, now))
+    if (!isOwner(client, now))
       return false;
     client_ = 0;
     return true;

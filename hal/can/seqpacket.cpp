@@ -70,23 +70,23 @@ bool wouldBlock(int error) noexcept { return error == EAGAIN || error == EWOULDB
 enum class Read : std::uint8_t { kFrame, kInvalid, kNothing, kEnd };
 
 /** Time of a call of receive(), on both clocks. */
-struct Moment {
+struct ClockReading {
   std::int64_t now = monotonicNow();
   std::int64_t offset = realtimeOffset();
 };
 
-std::int64_t timeOf(msghdr& header, const Moment& moment) noexcept {
+std::int64_t timeOf(msghdr& header, const ClockReading& clock) noexcept {
   for (cmsghdr* part = CMSG_FIRSTHDR(&header); part != nullptr; part = CMSG_NXTHDR(&header, part)) {
     if (part->cmsg_level != SOL_SOCKET || part->cmsg_type != SO_TIMESTAMPNS)
       continue;
     timespec stamp;
     std::memcpy(&stamp, CMSG_DATA(part), sizeof stamp);
-    return toMonotonic(stamp.tv_sec * std::int64_t{1'000'000'000} + stamp.tv_nsec, moment.now, moment.offset);
+    return toMonotonic(stamp.tv_sec * std::int64_t{1'000'000'000} + stamp.tv_nsec, clock.now, clock.offset);
   }
-  return moment.now;
+  return clock.now;
 }
 
-Read readFrame(int fd, const Moment& moment, canfd_frame& packet, std::size_t& length, CanFrame& frame) noexcept {
+Read readFrame(int fd, const ClockReading& clock, canfd_frame& packet, std::size_t& length, CanFrame& frame) noexcept {
   // One byte more than a frame, to detect longer packets.
   std::array<char, sizeof(canfd_frame) + 1> bytes;
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(timespec))> control;
@@ -105,7 +105,7 @@ Read readFrame(int fd, const Moment& moment, canfd_frame& packet, std::size_t& l
   std::memcpy(&packet, bytes.data(), std::min(length, sizeof packet));
   if (!decodeFrame(packet, length, frame))
     return Read::kInvalid;
-  frame.time = timeOf(header, moment);
+  frame.time = timeOf(header, clock);
   return Read::kFrame;
 }
 
@@ -168,11 +168,11 @@ std::size_t SeqpacketBus::send(std::span<const CanFrame> frames) noexcept {
 }
 
 std::size_t SeqpacketBus::receive(std::span<CanFrame> frames) noexcept {
-  const Moment moment;
+  const ClockReading clock;
   if (fd_ < 0) {
-    if (moment.now < next_attempt_)
+    if (clock.now < next_attempt_)
       return 0;
-    next_attempt_ = moment.now + kRetry;
+    next_attempt_ = clock.now + kRetry;
     if (!connect())
       return 0;
   }
@@ -180,7 +180,7 @@ std::size_t SeqpacketBus::receive(std::span<CanFrame> frames) noexcept {
   while (filled < frames.size()) {
     canfd_frame packet;
     std::size_t length = 0;
-    const Read read = readFrame(fd_, moment, packet, length, frames[filled]);
+    const Read read = readFrame(fd_, clock, packet, length, frames[filled]);
     if (read == Read::kNothing)
       break;
     if (read == Read::kEnd) {
@@ -275,7 +275,7 @@ std::size_t SeqpacketHub::send(std::span<const CanFrame> frames) noexcept {
 
 std::size_t SeqpacketHub::receive(std::span<CanFrame> frames) noexcept {
   accept();
-  const Moment moment;
+  const ClockReading clock;
   std::size_t filled = 0;
   std::size_t idle = 0;
   // Round robin, so that one participant that floods does not block the others.
@@ -284,7 +284,7 @@ std::size_t SeqpacketHub::receive(std::span<CanFrame> frames) noexcept {
       peer = 0;
     canfd_frame packet;
     std::size_t length = 0;
-    const Read read = readFrame(peers_[peer], moment, packet, length, frames[filled]);
+    const Read read = readFrame(peers_[peer], clock, packet, length, frames[filled]);
     idle = read == Read::kNothing ? idle + 1 : 0;
     if (read == Read::kEnd) {
       drop(peer);

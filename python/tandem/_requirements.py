@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What the compiled part of the package needs of its interpreter, and the errors that say what is missing."""
+"""Requirements of the compiled part of the package on the interpreter and on numpy, and the errors of an import without them."""
 import pathlib
 import sys
 import sysconfig

@@ -47,7 +47,7 @@ class Motions {
   void home();
 
   struct Run {
-    std::string trajectory;  ///< YAML text of a trajectory, or of a path for catheters
+    std::string trajectory;  ///< YAML text of a trajectory, or of a path of the common object
     bool planned = false;    ///< with the joints that planning computes
     bool keep_enabled = false;
     std::function<void(const RunState&)> progress{};       ///< called at every new point, by the calling thread

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Positions after power on that somebody has to confirm (jump_tolerance) or to measure (`reference: measured`),
- * for the command line. */
+/** @file Positions after power on that an operator has to confirm (jump_tolerance) or to measure (`reference:
+ * measured`), for the command line. */
 #pragma once
 
 #include <nlohmann/json.hpp>

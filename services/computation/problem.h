@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Checked request of a computation, in terms of planning/. */
+/** @file Validation of computation requests, and their conversion to the types of planning/. */
 #pragma once
 
 #include <optional>

@@ -13,7 +13,7 @@ namespace tandem::console {
 /// their parameters, budgets, colours.
 nlohmann::ordered_json describeRobot(const config::Deployment& deployment, const config::Robot& robot);
 
-/// The trajectories among the presets, or the paths for catheters: name, description, and the text that
+/// The trajectories among the presets, or the paths of a common object: name, description, and the text that
 /// planning/request takes. Skips those that cannot be loaded, with a warning in the log.
 nlohmann::ordered_json describeTrajectories(const config::Robot& robot);
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Who publishes and reads which topic and provides which service, and the messages about changes. No sockets. */
+/** @file Connection graph: publishers and readers of topics, providers of services, and messages about changes. No
+ * sockets here. */
 #pragma once
 
 #include <map>

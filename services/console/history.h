@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file The last samples in which something has happened, for pages that are opened later. No sockets here. */
+/** @file History of events: the last samples that report one, for pages that connect later. No sockets here. */
 #pragma once
 
 #include <cstddef>

@@ -29,8 +29,8 @@ class Recording {
 
   /// @throw std::invalid_argument if it records already.
   void start();
-  /// Completes the file, which takes a moment: state() tells the end. @throw std::invalid_argument if it does not
-  /// record.
+  /// Completes the file, which takes up to a few seconds: state() reports the end. @throw std::invalid_argument if it
+  /// does not record.
   void stop();
   /// Adds a mark with the present time to the file. @throw std::invalid_argument if it does not record, or the text is
   /// empty or longer than 200 bytes.

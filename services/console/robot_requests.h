@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file What clients ask of the robot beside topics: services, and values of parameters. No sockets here. */
+/** @file Requests of clients to the robot: service calls, and reads and writes of parameters. No sockets here. */
 #pragma once
 
 #include <atomic>

@@ -71,7 +71,7 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   /// Serves; calls `tick` about ten times a second and ends when it returns a reason. Clients then receive all messages
-  /// that have arrived, of a last moment too, the reason as status, and a close frame with it.
+  /// that have arrived, also those of the last milliseconds, the reason as status, and a close frame with it.
   void run(const std::function<std::string()>& tick);
 
   ServerReport report() const;

@@ -44,7 +44,7 @@ class ClearancePublisher {
   safety::ClearanceSample nearest() const noexcept {
     return {distance_.load(std::memory_order_acquire), stamp_.load(std::memory_order_acquire)};
   }
-  /// Wait-free; from one thread. No effect for catheters.
+  /// Wait-free; from one thread. No effect where the arms have no models of their own.
   void post(const dds::ActuationState& state) noexcept {
     if (measures_)
       states_.post(state);

@@ -35,7 +35,7 @@ CrtkPublisher::CrtkPublisher(dds::Bus& bus, const runtime::Setup& setup, const r
   for (const config::Arm& from : setup.robot.arms)
     arms_.emplace_back(bus, from);
   if (has(setup.robot, robots::Capability::kCommonPath))
-    catheters_.emplace(setup, robot);
+    mechanism_.emplace(setup, robot);
   if (arms_.size() >= 2) {
     pair_.emplace(bus, dds::kPair);
     pair_names_ = arms_[0].joint_names;
@@ -46,7 +46,7 @@ CrtkPublisher::CrtkPublisher(dds::Bus& bus, const runtime::Setup& setup, const r
 void CrtkPublisher::publish(const Snapshot& snapshot, std::int64_t stamp, const runtime::Details& parameters) {
   stamp_ = stamp;
   publishDiagnostics(snapshot, parameters);
-  catheters_known_ = catheters_ && catheters_->update(snapshot.state);
+  mechanism_known_ = mechanism_ && mechanism_->update(snapshot.state);
   for (int k = 0; k < robot_.armCount(); ++k)
     publishArm(arms_[static_cast<std::size_t>(k)], k, snapshot);
   if (pair_)
@@ -70,14 +70,14 @@ void CrtkPublisher::publishArm(Arm& arm, int k, const Snapshot& snapshot) {
     arm.branch = {};
   arm.session = snapshot.state.session;
   arm.joint_resets = snapshot.state.joint_resets;
-  if (catheters_known_) {
-    publishCatheter(arm, k);
-  } else if (arm.measured.valid && !catheters_) {
+  if (mechanism_known_) {
+    publishMechanism(arm, k);
+  } else if (arm.measured.valid && !mechanism_) {
     arm.measured.place = placeOf(k, arm.measured, arm.branch);
     publishShape(arm, k, Eigen::VectorXd::Map(arm.measured.position.data(), robot_.size(k)));
   }
   kinematics::Branch ahead = arm.branch;
-  if (!catheters_)
+  if (!mechanism_)
     arm.setpoint.place = placeOf(k, arm.setpoint, ahead);
   publish(arm.ends, arm.joint_names, arm.measured, arm.setpoint);
   publishGoals(arm.ends, k, arm.joint_names, snapshot);
@@ -239,11 +239,11 @@ void CrtkPublisher::publishDiagnostics(const Snapshot& snapshot, const runtime::
       std::move(values));
 }
 
-void CrtkPublisher::publishCatheter(Arm& arm, int k) {
-  const Eigen::Isometry3d& tip = catheters_->tip(k);
+void CrtkPublisher::publishMechanism(Arm& arm, int k) {
+  const Eigen::Isometry3d& tip = mechanism_->tip(k);
   const Eigen::Vector3d still = Eigen::Vector3d::Zero();
   arm.measured.place = {true, tip.translation(), still, still, Eigen::Quaterniond(tip.linear()), false};
-  dds::Shape shape = catheters_->shape(k);
+  dds::Shape shape = mechanism_->shape(k);
   shape.stamp = stamp_;
   shape.frame = frame_;
   arm.shape.write(shape);

@@ -9,7 +9,7 @@
 #include "operation/crtk_request.h"
 #include "operation/operator_input_handler.h"
 #include "robots/robot_model.h"
-#include "services/control/catheter_places.h"
+#include "services/control/mechanism_places.h"
 #include "services/runtime/diagnostics.h"
 #include "services/runtime/fault_log.h"
 #include "services/runtime/process.h"
@@ -78,14 +78,14 @@ class CrtkPublisher {
   dds::OperatingState stateOf(int k, const Snapshot& snapshot) const;
   void publishDiagnostics(const Snapshot& snapshot, const runtime::Details& parameters);
   void publishShape(Arm& arm, int k, const Eigen::VectorXd& q);
-  void publishCatheter(Arm& arm, int k);
+  void publishMechanism(Arm& arm, int k);
 
   const runtime::Setup& setup_;
   const robots::RobotModel& robot_;
   std::string frame_;
   std::int64_t stamp_ = 0;  ///< of the messages of this snapshot
-  std::optional<CatheterPlaces> catheters_;
-  bool catheters_known_ = false;  ///< catheters_ is valid at the joints of this snapshot
+  std::optional<MechanismPlaces> mechanism_;
+  bool mechanism_known_ = false;  ///< mechanism_ is valid at the joints of this snapshot
   std::vector<Arm> arms_;
   std::optional<Ends> pair_;
   std::vector<std::string> pair_names_;  ///< joint names of the pair

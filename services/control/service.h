@@ -193,7 +193,7 @@ struct Service {
   const runtime::Setup& setup;
   robots::RobotModel robot;
   ControlRequestHandler handler;
-  std::unique_ptr<ObjectLoop> object_loop;  ///< of catheters
+  std::unique_ptr<ObjectLoop> object_loop;  ///< with robots::Capability::kCommonPath
   operation::ControlCore core;
   CrtkCommandHandler crtk_command_handler;
   RequestLog request_log;  // of the thread of the requests

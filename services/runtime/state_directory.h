@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Folder of the files that a service keeps after its end. */
+/** @file State directory: folder of the files that a service writes for its next start. */
 #pragma once
 
 #include <filesystem>

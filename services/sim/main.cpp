@@ -12,7 +12,7 @@
 #include "services/runtime/clock_request_handler.h"
 #include "services/runtime/drive_shell.h"
 #include "services/runtime/mailbox.h"
-#include "services/simulation/catheter_tips.h"
+#include "services/simulation/mechanism_tips.h"
 #include "services/simulation/sim_core.h"
 
 using namespace tandem;
@@ -40,10 +40,10 @@ class SnapLog {
   dds::PerArm<std::uint32_t> reported_{};
 };
 
-std::optional<simulation::CatheterTips> cathetersOf(const runtime::Setup& setup) {
+std::optional<simulation::MechanismTips> mechanismTipsOf(const runtime::Setup& setup) {
   if (!has(setup.robot, robots::Capability::kCommonPath))
     return std::nullopt;
-  return std::optional<simulation::CatheterTips>(std::in_place, setup);
+  return std::optional<simulation::MechanismTips>(std::in_place, setup);
 }
 
 /** Lock-step: commands advance the simulated time. */
@@ -52,7 +52,7 @@ class LockStep {
   explicit LockStep(const runtime::Setup& setup)
       : setup_(setup),
         core_(setup),
-        catheters_(cathetersOf(setup)),
+        mechanism_(mechanismTipsOf(setup)),
         bus_(runtime::busOptions(setup.deployment, setup.name)),
         states_(bus_.writer(dds::kActuationState)),
         statuses_(bus_.writer(dds::kHalStatus)),
@@ -108,9 +108,9 @@ class LockStep {
     core_.status(status_);
     statuses_.write(status_);
     core_.trueTips(tips_);
-    if (catheters_) {
+    if (mechanism_) {
       core_.plantJoints(snapshot_);
-      tips_ = catheters_->at(snapshot_);
+      tips_ = mechanism_->at(snapshot_);
     }
     true_tips_.write(tips_);
     // Every state is published with tips, new or not: receivers that need both wait for both.
@@ -125,8 +125,8 @@ class LockStep {
 
   const runtime::Setup& setup_;
   simulation::SimCore core_;
-  std::optional<simulation::CatheterTips> catheters_;
-  simulation::CatheterSnapshot snapshot_;
+  std::optional<simulation::MechanismTips> mechanism_;
+  simulation::MechanismSnapshot snapshot_;
   runtime::EventLoop<dds::ActuationCommand, dds::SimRequest, dds::Stop, dds::Mismatch> loop_;
   dds::Bus bus_;
   dds::Writer<dds::ActuationState> states_;
@@ -146,15 +146,15 @@ class RealTime {
  public:
   explicit RealTime(const runtime::Setup& setup)
       : core_(setup),
-        catheters_(cathetersOf(setup)),
+        mechanism_(mechanismTipsOf(setup)),
         snaps_(setup.robot),
         shell_(setup, setup.deployment.sim_period, [this](const auto& m) { return snaps_.details(m); }),
         replies_(shell_.bus().writer(dds::kSimReply)),
         true_tips_(shell_.bus().writer(dds::kSimTips)),
         tips_out_(shell_.outbox().latest<dds::TipPoses>([this](const auto& m) { measured_tips_.write(m); })),
         true_tips_out_(shell_.publisher().latest<dds::TipPoses>([this](const auto& m) { true_tips_.write(m); })),
-        moment_out_(places_.latest<simulation::CatheterSnapshot>(
-            [this](const auto& m) { true_tips_.write(catheters_->at(m)); })),
+        snapshot_out_(places_.latest<simulation::MechanismSnapshot>(
+            [this](const auto& m) { true_tips_.write(mechanism_->at(m)); })),
         period_(std::llround(1e9 * setup.deployment.sim_period)) {
     if (core_.tracking())
       measured_tips_ = shell_.bus().writer(dds::kSensingTips);
@@ -211,9 +211,9 @@ class RealTime {
   }
 
   void postTrueTips() noexcept {
-    if (catheters_) {
+    if (mechanism_) {
       core_.plantJoints(snapshot_);
-      moment_out_.post(snapshot_);
+      snapshot_out_.post(snapshot_);
     } else {
       core_.trueTips(tips_);
       true_tips_out_.post(tips_);
@@ -221,16 +221,16 @@ class RealTime {
   }
 
   simulation::SimCore core_;
-  std::optional<simulation::CatheterTips> catheters_;
-  simulation::CatheterSnapshot snapshot_;
+  std::optional<simulation::MechanismTips> mechanism_;
+  simulation::MechanismSnapshot snapshot_;
   SnapLog snaps_;
   runtime::DriveShell shell_;
   dds::Writer<dds::Reply> replies_;
   dds::Writer<dds::TipPoses> true_tips_, measured_tips_;
-  runtime::Outbox places_;  ///< for tips of catheters, which take long to compute
+  runtime::Outbox places_;  ///< for tips of arms that move a common object, which take long to compute
   runtime::Outbox::Latest<dds::TipPoses>& tips_out_;
   runtime::Outbox::Latest<dds::TipPoses>& true_tips_out_;
-  runtime::Outbox::Latest<simulation::CatheterSnapshot>& moment_out_;
+  runtime::Outbox::Latest<simulation::MechanismSnapshot>& snapshot_out_;
   std::atomic<bool> serving_{false}, in_cycle_{false};
   std::int64_t period_, start_ = 0;  ///< ns
   std::uint64_t stepped_ = 0;        ///< periods simulated so far

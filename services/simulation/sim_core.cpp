@@ -154,7 +154,7 @@ void SimCore::trueTips(dds::TipPoses& tips) const noexcept {
   }
 }
 
-void SimCore::plantJoints(CatheterSnapshot& snapshot) const noexcept {
+void SimCore::plantJoints(MechanismSnapshot& snapshot) const noexcept {
   trueTips(snapshot.head);
   snapshot.joint_resets = drives_.jointResets();
   snapshot.joint_count = 0;

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "services/runtime/drive_core.h"
-#include "services/simulation/catheter_tips.h"
+#include "services/simulation/mechanism_tips.h"
 #include "sim/plant_tips.h"
 #include "sim/simulated_drives.h"
 #include "sim/tip_tracker.h"
@@ -42,10 +42,10 @@ class SimCore : public runtime::DriveCore<sim::SimulatedDrives> {
   /// The latest measurement of the tracker; in lock-step the one of the last published state. @return whether it is
   /// newer than that of the last call.
   bool measuredTips(dds::TipPoses& tips) noexcept;
-  /// True tip poses of the plant; for catheters see plantJoints().
+  /// True tip poses of the plant; without robots::Capability::kTips see plantJoints().
   void trueTips(dds::TipPoses& tips) const noexcept;
-  /// Catheters: input of CatheterTips.
-  void plantJoints(CatheterSnapshot& snapshot) const noexcept;
+  /// Input of MechanismTips.
+  void plantJoints(MechanismSnapshot& snapshot) const noexcept;
 
  private:
   void advance() noexcept;  ///< lock-step: one control period
@@ -55,7 +55,7 @@ class SimCore : public runtime::DriveCore<sim::SimulatedDrives> {
 
   safety::EmergencyReports reports_;
   bool injected_stop_ = false;          ///< emergency stop injected by a request
-  std::optional<sim::PlantTips> tips_;  ///< empty for catheters
+  std::optional<sim::PlantTips> tips_;  ///< empty without robots::Capability::kTips
   std::optional<sim::TipTracker> tracker_;
   std::uint64_t reported_ = 0;                  ///< sequence of the measurement of the last call
   std::int64_t simulated_time_ = 0;             ///< ns, lock-step

@@ -12,7 +12,7 @@ config::CooperativeRobot cooperativeRobot(const std::string& name) {
   return config::loadCooperative(config::findFile(name, "cooperative"));
 }
 
-void addHeldOptions(CLI::App& command, HeldOptions& options) {
+void addGraspOptions(CLI::App& command, GraspOptions& options) {
   command.add_option("-r,--robot", options.robot, "cooperative robot file or preset")->capture_default_str();
   command.add_option("--contact", options.contact, "contact type instead of the file's")
       ->check(CLI::IsMember({"frictionless", "point", "soft_finger", "rigid"}));
@@ -21,7 +21,7 @@ void addHeldOptions(CLI::App& command, HeldOptions& options) {
   command.add_option("--load", options.load, "force x,y,z on the object instead of the file's, N");
 }
 
-config::CooperativeRobot heldRobot(const HeldOptions& options) {
+config::CooperativeRobot graspingRobot(const GraspOptions& options) {
   config::CooperativeRobot robot = cooperativeRobot(options.robot);
   if (!robot.object)
     throw Failure(kUsage, robot.file.string() + ": object: found none, expected one for this command");

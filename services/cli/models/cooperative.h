@@ -14,14 +14,14 @@ namespace tandem::cli {
 /// A cooperative robot by file or preset. @throw config::Error
 config::CooperativeRobot cooperativeRobot(const std::string& name);
 
-/** Which held object, and what to have otherwise than its file says. */
-struct HeldOptions {
+/** Robot with a grasped object, and values that replace those of its file. */
+struct GraspOptions {
   std::string robot = "ablation-pair", contact, load;
   std::optional<double> squeeze;
 };
-void addHeldOptions(CLI::App& command, HeldOptions& options);
+void addGraspOptions(CLI::App& command, GraspOptions& options);
 /// A robot with an object. @throw config::Error, or Failure(kUsage) where it has none or the load is no force
-config::CooperativeRobot heldRobot(const HeldOptions& options);
+config::CooperativeRobot graspingRobot(const GraspOptions& options);
 
 /// What the arms hold constant under loads: "displacement of the pull wires", or that of each arm if they differ.
 std::string actuationOf(const config::CooperativeRobot& robot);

@@ -27,7 +27,7 @@ using Json = nlohmann::ordered_json;
 using experiments::Payload;
 
 struct PayloadCommand {
-  HeldOptions held;
+  GraspOptions grasp;
   std::string csv;
   FigureOptions figure;
   double sag = 10e-3, most = 10.0, finest_deg = 1.0;
@@ -147,7 +147,7 @@ void printPayload(const Json& json) {
 }
 
 int runPayload(const PayloadCommand& o) {
-  config::CooperativeRobot robot = heldRobot(o.held);
+  config::CooperativeRobot robot = graspingRobot(o.grasp);
   robots::GraspedObjectMechanism mechanism(robot);
   robots::TrackOptions track;
   track.parameters = robot.parameters;
@@ -162,7 +162,7 @@ int runPayload(const PayloadCommand& o) {
   const char* const names[] = {"+x", "-x", "+y", "-y", "+z", "-z"};
   for (int k = 0; k < 6; ++k)
     axes.push_back({0, 0.0, (k % 2 ? -1.0 : 1.0) * Vector3d::Unit(k / 2)});
-  Json json{{"robot", o.held.robot},
+  Json json{{"robot", o.grasp.robot},
             {"actuation", actuationOf(robot)},
             {"most_sag_m", o.sag},
             {"squeeze_N", robot.object->squeeze}};
@@ -202,7 +202,7 @@ void registerPayload(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<PayloadCommand>();
   CLI::App* command =
       app.add_subcommand("payload", "stiffness and payload of a grasped object, for all arms and for each arm alone");
-  addHeldOptions(*command, options->held);
+  addGraspOptions(*command, options->grasp);
   command->add_option("--sag", options->sag, "permitted displacement of the object, m")
       ->check(CLI::Range(1e-5, 1.0))
       ->capture_default_str();
@@ -220,7 +220,7 @@ void registerPayload(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(0.01, 180.0))
       ->capture_default_str();
   command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(client::kNonNegative);
-  command->add_option("--csv", options->csv, "CSV file, one row per holding arm and direction, SI");
+  command->add_option("--csv", options->csv, "CSV file, one row per carrier (all arms, or one arm) and direction, SI");
   addFigureOption(*command, options->figure, "stiffness and payload by direction");
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer(

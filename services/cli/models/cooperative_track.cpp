@@ -32,7 +32,7 @@ using robots::TrackStep;
 
 struct TrackCommand {
   bool assist = false;
-  HeldOptions held;
+  GraspOptions grasp;
   std::string shape = "lissajous", along, method = "nspqp", hold = "none", csv;
   FigureOptions figure;
   double size = 5e-3, duration = 10.0;
@@ -156,7 +156,7 @@ Json summary(const TrackCommand& o, const planning::ObjectPath& path, const Trac
     const auto [lower, upper] = rangeOf(record, k);
     facts[record.names[k]] = {lower, upper};
   }
-  return {{"robot", o.held.robot},
+  return {{"robot", o.grasp.robot},
           {"method", o.method},
           {"offline", o.offline},
           {"shape", o.shape},
@@ -201,18 +201,18 @@ void printTrack(const Json& json, bool assisted) {
 }
 
 /// The services run a robot file as it is.
-void refuseChanges(const HeldOptions& held) {
+void refuseChanges(const GraspOptions& grasp) {
   const auto refuse = [](const char* option) {
     throw Failure(kUsage,
                   std::string(option) +
                       ": needs --offline, because the processes of a run over DDS read the robot file unchanged; "
                       "add --offline, or change the robot file");
   };
-  if (!held.contact.empty())
+  if (!grasp.contact.empty())
     refuse("--contact");
-  if (held.squeeze)
+  if (grasp.squeeze)
     refuse("--squeeze");
-  if (!held.load.empty())
+  if (!grasp.load.empty())
     refuse("--load");
 }
 
@@ -236,8 +236,8 @@ TrackRecord trackOverDds(const TrackCommand& o,
 
 int runTrack(TrackCommand o) {
   if (!o.offline)
-    refuseChanges(o.held);
-  const config::CooperativeRobot robot = o.assist ? cooperativeRobot(o.held.robot) : heldRobot(o.held);
+    refuseChanges(o.grasp);
+  const config::CooperativeRobot robot = o.assist ? cooperativeRobot(o.grasp.robot) : graspingRobot(o.grasp);
   std::unique_ptr<robots::Mechanism> mechanism;
   if (o.assist) {
     if (!robot.assistance)
@@ -297,13 +297,13 @@ void addTrackCommand(CLI::App& app, int& exit_code, bool assist) {
   CLI::App* command = assist ? app.add_subcommand("target-assist", "move the target's tip with both arms along a path")
                              : app.add_subcommand("co-manipulate", "move the grasped object along a path");
   if (assist) {
-    options->held.robot = "ablation-assist";
+    options->grasp.robot = "ablation-assist";
     options->hold = "places";
-    command->add_option("-r,--robot", options->held.robot, "cooperative robot file or preset")->capture_default_str();
+    command->add_option("-r,--robot", options->grasp.robot, "cooperative robot file or preset")->capture_default_str();
   } else {
     options->shape = "line";  // the one that the preset's rigid contacts leave
     options->size = 3e-3;
-    addHeldOptions(*command, options->held);
+    addGraspOptions(*command, options->grasp);
   }
   command->add_option("--shape", options->shape, "line, circle or lissajous")
       ->check(CLI::IsMember({"line", "circle", "lissajous"}))

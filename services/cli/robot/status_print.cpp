@@ -41,7 +41,7 @@ void printStatus(const nlohmann::ordered_json& json) {
             << json["prefix"].get<std::string>() << ", robot " << json["robot"].get<std::string>() << ", method "
             << json["method"].get<std::string>() << ", " << json["model"].get<std::string>() << " model, feedback "
             << json["feedback"].get<std::string>() << ", lease "
-            << (json["lease_owner"].get<std::uint64_t>() == 0 ? "free" : "held") << ", moved by "
+            << (json["lease_owner"].get<std::uint64_t>() == 0 ? "free" : "in use") << ", moved by "
             << json["source"].get<std::string>() << '\n';
   if (json["emergency_stop"] == "pressed")
     std::cout << "  EMERGENCY STOP pressed: release it, then disable\n";

@@ -107,10 +107,11 @@ std::string TimeLeft::text() const {
 }
 
 std::string statusTable(const Json& json, const std::string& time_left, bool colours) {
-  std::string all = coloured(text(json, "deployment"), kBold, colours) +
-                    fmt::format(": {}, {}, {} model, lease {}, moved by {}\n\n", text(json, "robot"),
-                                text(json, "method"), text(json, "model"),
-                                json["lease_owner"].get<std::uint64_t>() == 0 ? "free" : "held", text(json, "source"));
+  std::string all =
+      coloured(text(json, "deployment"), kBold, colours) +
+      fmt::format(": {}, {}, {} model, lease {}, moved by {}\n\n", text(json, "robot"), text(json, "method"),
+                  text(json, "model"), json["lease_owner"].get<std::uint64_t>() == 0 ? "free" : "in use",
+                  text(json, "source"));
   all += coloured(fmt::format("{:<16}{:<10}{:>8}{:>8}{:>8}", "arm", "state", "x", "y", "z mm"), kBold, colours) + '\n';
   for (const Json& arm : json["arms"])
     all += armLine(arm, colours);

@@ -217,7 +217,7 @@ TEST(ControlLease, BelongsToOneClientUntilReleasedOrSilent) {
   EXPECT_EQ(lease.owner(20 * kMs), 5u);
   EXPECT_FALSE(lease.keep(6, 20 * kMs));
   EXPECT_TRUE(lease.keep(5, 900 * kMs));
-  EXPECT_TRUE(lease.holds(5, 1900 * kMs));
+  EXPECT_TRUE(lease.isOwner(5, 1900 * kMs));
   EXPECT_FALSE(lease.release(6, 1900 * kMs));
   EXPECT_FALSE(lease.takeLoss(1900 * kMs));
   EXPECT_FALSE(lease.keep(5, 1901 * kMs)) << "a lease that was lost is not kept, it is acquired anew";

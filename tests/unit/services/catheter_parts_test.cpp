@@ -6,10 +6,10 @@
 #include "operation/convert.h"
 #include "robots/detail/path_run.h"
 #include "robots/robot_type.h"
-#include "services/control/catheter_places.h"
+#include "services/control/mechanism_places.h"
 #include "services/control/object_loop.h"
 #include "services/planning/computation_request_handler.h"
-#include "services/simulation/catheter_tips.h"
+#include "services/simulation/mechanism_tips.h"
 
 namespace tandem::test {
 namespace {
@@ -130,14 +130,14 @@ TEST(EquilibriumSolver, AnswersFromItsThread) {
   EXPECT_EQ(answer.equilibrium.joint_count, 6);
 }
 
-TEST(CatheterTips, LieInTheEquilibriumOfTheArms) {
+TEST(MechanismTips, LieInTheEquilibriumOfTheArms) {
   System system("ablation-pair");
   system.run(0.1);
-  simulation::CatheterSnapshot snapshot;
+  simulation::MechanismSnapshot snapshot;
   system.sim.plantJoints(snapshot);
   ASSERT_EQ(snapshot.joint_count, 6);
-  const dds::TipPoses tips = simulation::CatheterTips(system.setup).at(snapshot);
-  control_service::CatheterPlaces places(system.setup, system.model);
+  const dds::TipPoses tips = simulation::MechanismTips(system.setup).at(snapshot);
+  control_service::MechanismPlaces places(system.setup, system.model);
   ASSERT_TRUE(places.update(system.state));
   for (int k = 0; k < 2; ++k) {
     EXPECT_EQ(tips.valid[static_cast<std::size_t>(k)], 1);

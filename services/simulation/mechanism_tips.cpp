@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/simulation/catheter_tips.h"
+#include "services/simulation/mechanism_tips.h"
 
 #include "operation/convert.h"
 
 namespace tandem::simulation {
 
-dds::TipPoses CatheterTips::at(const CatheterSnapshot& snapshot) {
+dds::TipPoses MechanismTips::at(const MechanismSnapshot& snapshot) {
   if (snapshot.joint_resets != joint_resets_)
     follower_ = robots::makeEquilibriumFollower(setup_.robot);
   joint_resets_ = snapshot.joint_resets;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Tip poses, shapes and contact forces of loaded catheters, for display. */
+/** @file Tip poses, shapes and contact forces of arms that move a common object, for display. */
 #pragma once
 
 #include <optional>
@@ -13,10 +13,10 @@
 namespace tandem::control_service {
 
 /** Tips and shapes at measured joints. Allocates; for the publishing thread. */
-class CatheterPlaces {
+class MechanismPlaces {
  public:
   /// @throw std::invalid_argument as robots::makeEquilibriumFollower() does.
-  CatheterPlaces(const runtime::Setup& setup, const robots::RobotModel& robot);
+  MechanismPlaces(const runtime::Setup& setup, const robots::RobotModel& robot);
 
   /// @return whether all arms are measured and in equilibrium; tips and shapes are then those of this state.
   bool update(const dds::ActuationState& state);

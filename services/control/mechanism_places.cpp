@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "services/control/catheter_places.h"
+#include "services/control/mechanism_places.h"
 
 #include <algorithm>
 
@@ -8,13 +8,13 @@
 
 namespace tandem::control_service {
 
-CatheterPlaces::CatheterPlaces(const runtime::Setup& setup, const robots::RobotModel& robot)
+MechanismPlaces::MechanismPlaces(const runtime::Setup& setup, const robots::RobotModel& robot)
     : setup_(setup), robot_(robot), follower_(robots::makeEquilibriumFollower(setup.robot)) {
   for (int k = 0; k < robot.armCount(); ++k)
     radius_.push_back(static_cast<float>(robots::typeOf(setup.robot).appearance(setup.robot, k).tubes[0].outer_radius));
 }
 
-bool CatheterPlaces::update(const dds::ActuationState& state) {
+bool MechanismPlaces::update(const dds::ActuationState& state) {
   safety::RobotVector q;
   if (!dds::measuredJoints(state, robot_.armCount(), robot_.jointCount(), q))
     return false;
@@ -32,7 +32,7 @@ bool CatheterPlaces::update(const dds::ActuationState& state) {
   return true;
 }
 
-dds::Shape CatheterPlaces::shape(int arm) const {
+dds::Shape MechanismPlaces::shape(int arm) const {
   const auto k = static_cast<std::size_t>(arm);
   dds::Shape shape;
   for (const Eigen::Vector3d& place : shapes_[k]) {

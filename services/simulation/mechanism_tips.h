@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file True tip poses of simulated catheters. */
+/** @file True tip poses of simulated arms that move a common object. */
 #pragma once
 
 #include "robots/mechanisms.h"
@@ -8,24 +8,24 @@
 
 namespace tandem::simulation {
 
-/** Joints of the plant, and the message for their tips, still without tips. A plain struct. */
-struct CatheterSnapshot {
+/** Joints of the plant, and the message for their tips, in which the tips are not set yet. A plain struct. */
+struct MechanismSnapshot {
   dds::TipPoses head;
   std::uint32_t joint_resets = 0;
   int joint_count = 0;
   std::array<double, safety::kMaxJoints> joints{};  ///< m, rad
 };
 
-/** Computes the tips at the joints of the plant, with the catheters of the robot file. Allocates: not for the periodic
+/** Computes the tips at the joints of the plant, with the mechanism of the robot file. Allocates: not for the periodic
  * thread. */
-class CatheterTips {
+class MechanismTips {
  public:
   /// @throw std::invalid_argument as robots::makeEquilibriumFollower() does.
-  explicit CatheterTips(const runtime::Setup& setup)
+  explicit MechanismTips(const runtime::Setup& setup)
       : setup_(setup), follower_(robots::makeEquilibriumFollower(setup.robot)) {}
 
   /// The message with the tips, which are invalid if no equilibrium is found.
-  dds::TipPoses at(const CatheterSnapshot& snapshot);
+  dds::TipPoses at(const MechanismSnapshot& snapshot);
 
  private:
   const runtime::Setup& setup_;
