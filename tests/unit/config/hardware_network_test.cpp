@@ -17,7 +17,7 @@ hal::HardwareConfig loadNetwork(const std::string& text) {
   return loadHardware(folder.write("file.yaml", text));
 }
 
-TEST(HardwareNetwork, ABusHasASyncCounterAndDrivesAreGuardedWhereTheFileAsks) {
+TEST(HardwareNetwork, SyncCounterAndNodeGuardingAreAsInTheFile) {
   const std::string bus = "bit_rate_kbit_per_s: 1000}\n  - {name: bus_b";
   const auto counting = [&](const std::string& value) {
     return replaced(twoBuses(), bus, "bit_rate_kbit_per_s: 1000, sync_counter: " + value + "}\n  - {name: bus_b");
@@ -78,7 +78,7 @@ TEST(HardwareNetwork, AnAxisAcceptsTheLossOfProtectionsWithAReason) {
 }
 
 /// `tandem validate` foretells what tandem-hal will refuse, from the profiles of the drives.
-TEST(HardwareNetwork, ProfilesForetellWhatSomebodyHasToAccept) {
+TEST(HardwareNetwork, ProfilesNameTheLossesThatAFileHasToAccept) {
   const Folder folder;
   const auto summary_of = [&](const std::string& profile, const std::string& accepted) {
     std::string text = replaced(twoBuses(), "period_ms: 4", "period_ms: 8");  // room for drives with more PDOs

@@ -101,7 +101,7 @@ TEST(Hardware, TheEmergencyStopIsReadWhereTheFileSays) {
   EXPECT_EQ(hal::computeLoad(sto.planOf(1, 0.1)).frames_per_cycle, 1 + 12 + 6);
 }
 
-TEST(Hardware, SlewIsLimitedUnlessTheFileSaysOtherwise) {
+TEST(Hardware, SlewIsLimitedUnlessTheFileLiftsTheLimit) {
   // The robot's own limit is unlimited: in simulation the paper's commands jump.
   const Robot robot = loadRobot(presets() / "robots/ark2024.yaml");
   EXPECT_EQ(robot.arms[0].limits.joints[0].slew_limit, safety::kUnlimited);
@@ -120,7 +120,7 @@ TEST(Hardware, SlewIsLimitedUnlessTheFileSaysOtherwise) {
   EXPECT_EQ(slew_of("slew_limit_m_per_s2: 0.04"), 0.04);
 }
 
-TEST(Hardware, TorqueIsWatchedWhereTheFileAsksForIt) {
+TEST(Hardware, TorqueIsWatchedWhereTheFileHasALimit) {
   EXPECT_EQ(loadHardware(hardwarePreset()).axes[0].torque.object, 0);
   const std::string key = "holds_without_power: self_locking\n";
   hal::HardwareConfig hardware =

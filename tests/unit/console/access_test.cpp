@@ -175,7 +175,7 @@ TEST(PageFiles, NothingOutsideTheFolder) {
   EXPECT_FALSE(Page("").find("/", false));
 }
 
-TEST(PageFiles, CompressedCopiesForThoseWhoTakeThem) {
+TEST(PageFiles, CompressedCopiesForClientsThatAcceptThem) {
   const Folder folder;
   folder.write("index.html", "<html>");
   const fs::path file = folder.write("assets/a-1.js", "1"), copy = folder.write("assets/a-1.js.gz", "gzip");

@@ -22,7 +22,7 @@ TEST(Protocol, BothNamesOfTheSubprotocol) {
     EXPECT_EQ(chooseSubprotocol(other), std::nullopt) << other;
 }
 
-TEST(Protocol, ReadsWhatClientsAskFor) {
+TEST(Protocol, ParsesRequestsOfClients) {
   const auto wanted = std::get<Subscribe>(
       parseText(R"({"op":"subscribe","subscriptions":[{"id":7,"channelId":3},{"id":4294967295,"channelId":0}]})"));
   EXPECT_EQ(wanted.subscriptions, (decltype(wanted.subscriptions){{7, 3}, {4294967295, 0}}));

@@ -93,7 +93,7 @@ class EventsOverRestarts : public testing::Test {
   std::uint64_t time_ = 1'700'000'000'000'000'000;
 };
 
-TEST_F(EventsOverRestarts, AreThereAgainInOrderAndWithTheirTimes) {
+TEST_F(EventsOverRestarts, AreRestoredInOrderWithTheirTimes) {
   std::string before = served();
   for (int run = 0; run < 5; ++run) {
     std::string found;
@@ -120,7 +120,7 @@ TEST_F(EventsOverRestarts, AreNotTakenOnceMoreWhenTheirWriterSendsThemToTheNewRe
   EXPECT_EQ(serve([&](History& history) { take(history, "planning/summary", summary); }), before);
 }
 
-TEST_F(EventsOverRestarts, ABrokenFileCostsEventsAndNothingElse) {
+TEST_F(EventsOverRestarts, ADamagedFileLosesEventsAndNothingElse) {
   const std::string whole = serve([&](History& history) { takeSome(history, 200); });
   const std::string bytes = contents();
   for (int run = 0; run < 60; ++run) {
@@ -142,7 +142,7 @@ TEST_F(EventsOverRestarts, OfAnotherRobotAreLeftOut) {
   EXPECT_EQ(served(), History().packed(0));
 }
 
-TEST_F(EventsOverRestarts, AFullDiskEndsNothingAndTheyAreWrittenWhenThereIsRoom) {
+TEST_F(EventsOverRestarts, AfterAFullDiskEventsAreWrittenAgain) {
   const std::string before = serve([&](History& history) { takeSome(history, 50); });
   rlimit limit{};
   getrlimit(RLIMIT_FSIZE, &limit);
@@ -165,7 +165,7 @@ TEST_F(EventsOverRestarts, AFullDiskEndsNothingAndTheyAreWrittenWhenThereIsRoom)
   EXPECT_NE(fs::last_write_time(file_), old);
 }
 
-TEST_F(EventsOverRestarts, AFolderThatCannotBeMadeEndsNothing) {
+TEST_F(EventsOverRestarts, AFolderThatCannotBeMadeStopsNoService) {
   std::ofstream(folder_.path() / "events") << "a file";
   const std::string empty = served();
   EXPECT_GT(serve([&](History& history) { takeSome(history, 5); }).size(), empty.size());

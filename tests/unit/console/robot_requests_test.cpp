@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-TEST(RobotProtocol, ReadsWhatClientsAskOfParametersAndTheGraph) {
+TEST(RobotProtocol, ParsesRequestsForParametersAndTheGraph) {
   const auto get = std::get<GetParameters>(parseText(R"({"op":"getParameters","parameterNames":["a","b"],"id":"7"})"));
   EXPECT_EQ(get.names, (std::vector<std::string>{"a", "b"}));
   EXPECT_EQ(get.id, "7");

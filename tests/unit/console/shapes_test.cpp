@@ -77,7 +77,7 @@ TEST(Shapes, SpanTheTipsOfOneJoint) {
   }
 }
 
-TEST(Shapes, SayWhatIsWrongWithASpan) {
+TEST(Shapes, RefuseAWrongSpanWithTheReason) {
   const Shapes shapes(robot(), "rigid");
   const std::string home = textOf(Eigen::VectorXd::Constant(12, -0.1));
   for (const auto& [span, reason] : std::vector<std::pair<Shapes::Span, std::string>>{
@@ -97,7 +97,7 @@ TEST(Shapes, SayWhatIsWrongWithASpan) {
   }
 }
 
-TEST(Shapes, SayWhatIsWrongWithTheJoints) {
+TEST(Shapes, RefuseWrongJointsWithTheReason) {
   const Shapes shapes(robot(), "rigid");
   for (const auto& [joints, reason] :
        std::map<std::string, std::string>{{"", "joints: found 0 numbers, expected 12"},

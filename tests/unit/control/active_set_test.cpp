@@ -233,7 +233,7 @@ TEST(ActiveSet, ProvesInfeasibility) {
   EXPECT_GT(judged, 2);
 }
 
-TEST(ActiveSet, SaysWhatIsInfeasible) {
+TEST(ActiveSet, NamesTheInfeasibleConstraints) {
   control::QuadraticProgram qp;
   control::ActiveSet solver;
   control::QpSolution solution;

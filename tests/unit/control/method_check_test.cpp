@@ -67,7 +67,7 @@ TEST(MethodCheck, TakesTheBuiltInMethodsButTheOneThatDoesTheFirstTaskTwice) {
   }
 }
 
-TEST(MethodCheck, RefusesABuiltInMethodInTheGuiseOfAnother) {
+TEST(MethodCheck, RefusesABuiltInMethodUnderAnotherName) {
   const auto hqp = control::makeResolver(Method::kHqp, {});
   EXPECT_NE(check(*hqp).refusal.find("found method() = hqp"), std::string::npos);
 }

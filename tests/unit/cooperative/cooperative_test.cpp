@@ -50,7 +50,7 @@ TEST(GraspedObject, MobilityIsThatOfThePaper) {
   }
 }
 
-TEST(GraspedObject, RigidContactsMoveAlongTheirCommonAxisAloneAndSayWhatIsMissing) {
+TEST(GraspedObject, RigidContactsMoveAlongTheirCommonAxisOnlyAndNameTheMissingDirections) {
   config::CooperativeRobot robot = holding(ContactType::kRigid);
   robot.object->load.setZero();
   robot.object->squeeze = 0.0;

@@ -136,7 +136,7 @@ TEST(Csv, NumbersReadBackToTheSameValue) {
   EXPECT_EQ(experiments::number(std::nan("")), "");
 }
 
-TEST(Csv, BadRowsSayWhy) {
+TEST(Csv, BadRowsHaveAReason) {
   std::istringstream in("1,2\n1,x\n1\n\n1,nan\r\n 3 ,\t4\n");
   const auto rows = experiments::readRows(in, 2);
   ASSERT_EQ(rows.size(), 6u);

@@ -238,7 +238,7 @@ TEST(Eds, ExpandsCompactPdo) {
 }
 
 /// Sections of a PDO, in part or in short, go before CompactPDO.
-TEST(Eds, KeepsWhatSectionsOfAPdoSay) {
+TEST(Eds, KeepsThePdoParametersOfSections) {
   const std::string text = "[DeviceInfo]\nProductName=X\nCompactPDO=0x13\nNrOfRXPDO=2\nNrOfTXPDO=1\n" +
                            kHead.substr(kHead.find("[Mandatory"));
   const Eds eds = parse(text + kObject +

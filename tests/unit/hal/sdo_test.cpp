@@ -143,7 +143,7 @@ TEST(Sdo, ALargerNumberDoesNotFit) {
   EXPECT_FALSE(fits);
 }
 
-TEST(Sdo, WithLossesATransferIsRightOrFails) {
+TEST(Sdo, WithLostFramesATransferIsCorrectOrFails) {
   int done = 0, failed = 0;
   for (std::uint32_t seed = test::baseSeed(); seed < test::baseSeed() + 500; ++seed) {
     SCOPED_TRACE(test::trace(seed));

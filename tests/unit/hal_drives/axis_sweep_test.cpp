@@ -60,7 +60,7 @@ TEST(AxisSweep, FindsFreeTravelAndGearing) {
   }
 }
 
-TEST(AxisSweep, SaysWhatItCannotKnow) {
+TEST(AxisSweep, NamesWhatItCannotDetermine) {
   const SweepResult nothing = evaluateSweep({});
   EXPECT_EQ(nothing.travel, 0.0);
   EXPECT_TRUE(std::isnan(nothing.backlash));

@@ -194,7 +194,7 @@ TEST(EmergencyStop, ReportsOfOthersCountAndSoDoesTheirSilence) {
   stops_and_is_cleared("silent");
 }
 
-TEST(EmergencyStop, AnotherInputStandsInForOneThatIsLost) {
+TEST(EmergencyStop, AnotherInputReplacesALostOne) {
   System system;
   moveBoth(system);
   ASSERT_TRUE(system.inject(0, FaultKind::kOff, 1));

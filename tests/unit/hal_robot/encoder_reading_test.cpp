@@ -67,7 +67,7 @@ TEST(EncoderReading, AnArmMovesOverTheEndOfTheRange) {
   }
 }
 
-TEST(EncoderReading, AFileThatDoesNotSayItStopsTheArm) {
+TEST(EncoderReading, WithoutARangeInTheFileTheWrapStopsTheArm) {
   System system(singleTurn());
   HardwareConfig silent = system.config;
   for (AxisConfig& axis : silent.axes)

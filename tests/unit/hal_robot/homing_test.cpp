@@ -56,7 +56,7 @@ TEST(Homing, CarriagesKeepEquationOneOnTheWay) {
 
 /// Methods of a manufacturer, as a profile describes them: the simulated drives run them, the HAL knows only their
 /// number.
-TEST(Homing, OfTheManufacturerEndsAtTheMechanicalStop) {
+TEST(Homing, AMethodOfTheManufacturerEndsAtTheMechanicalStop) {
   for (const bool index : {false, true}) {
     SCOPED_TRACE(index);
     HardwareConfig hardware = homingHardware();

@@ -98,7 +98,7 @@ TEST(ForeignMaster, SecondHalDetectsTheFirstAndSendsNothing) {
   EXPECT_FALSE(received(*system.robot));
 }
 
-TEST(ForeignMaster, AnybodyElseOnTheBusMayTalkWhileAHalListens) {
+TEST(ForeignMaster, FramesOfOtherDevicesDoNotEndTheListening) {
   // Heartbeats, emergencies and PDOs of drives without a master do not indicate one; nor does an unknown node.
   System system;
   ASSERT_TRUE(system.boot());
@@ -217,7 +217,7 @@ INSTANTIATE_TEST_SUITE_P(Frames, Foreign, testing::ValuesIn(kCases), [](const au
   return instance.param.name;
 });
 
-TEST(ForeignMaster, TwoThatListenAtOnceAndBeginAtOnceStopEachOther) {
+TEST(ForeignMaster, TwoHalsThatStartTogetherStopEachOther) {
   System system;
   Others others(system);
   RobotHardware second(system.config, others.buses(system.config), robotOptions());

@@ -164,7 +164,7 @@ TEST(OwnDriver, ReportsTheEmergencyStop) {
   EXPECT_TRUE(board.enable()) << board.story();
 }
 
-TEST(OwnDriver, ThatNothingStopsIsNotUsedWithoutConsent) {
+TEST(OwnDriver, WithoutAStopOfItsOwnIsRefusedUnlessAccepted) {
   HardwareConfig hardware = boardHardware(DriveMode::kCyclicPosition);
   hardware.axes[2].accepted.clear();
   Board board(hardware);

@@ -109,7 +109,7 @@ TEST(LastPositions, AFirstStartAsksForConfirmation) {
   ASSERT_TRUE(system.enable()) << system.story();
 }
 
-TEST(LastPositions, EndAtAnyInstantAndTurnByHandAreNoticed) {
+TEST(LastPositions, ATurnByHandAfterAnEndAtAnyTimeIsDetected) {
   Restartable system;
   system.robot->start(system.now);
   system.run(3.0);
@@ -151,7 +151,7 @@ TEST(LastPositions, EndAtAnyInstantAndTurnByHandAreNoticed) {
   EXPECT_GT(asked, 0);
 }
 
-TEST(LastPositions, ADamagedFileIsNeverBelieved) {
+TEST(LastPositions, ADamagedFileIsNeverUsed) {
   Restartable system;
   system.robot->start(system.now);
   system.run(3.0);

@@ -52,7 +52,7 @@ TEST(CompliantStability, CountsConjugatePointsLikeTheEnergysHessian) {
   EXPECT_GT(seen[2], 0);
 }
 
-TEST(CompliantStability, OfAnAnswerIsTheDeterminantsMinimum) {
+TEST(CompliantStability, IsTheMinimumOfTheDeterminant) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 300; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);

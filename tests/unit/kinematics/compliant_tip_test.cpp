@@ -175,7 +175,7 @@ Eigen::MatrixXd variation(const EnergyOracle& energy, int tubes, double length, 
   return change;
 }
 
-TEST(CompliantShape, MakesTheEnergyStationaryAndSmallest) {
+TEST(CompliantShape, HasStationaryAndMinimalEnergy) {
   int twisted = 0;
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 100; ++seed) {
     SCOPED_TRACE(trace(seed));
@@ -206,7 +206,7 @@ TEST(CompliantShape, MakesTheEnergyStationaryAndSmallest) {
   EXPECT_GT(twisted, 50);
 }
 
-TEST(CompliantTip, AnswersOrSaysWhyNot) {
+TEST(CompliantTip, HasASolutionOrAReason) {
   const CompliantModel model(arkArm(0.0));
   Tip tip;
   Branch branch;

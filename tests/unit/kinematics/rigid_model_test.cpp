@@ -143,7 +143,7 @@ TEST(RigidModel, ShapeEndsAtTheTipAndHasNoGaps) {
   }
 }
 
-TEST(RigidModel, RefusesWhatItCannotAnswer) {
+TEST(RigidModel, RefusesInvalidInput) {
   const RigidModel model(arkArm(0.0));
   Eigen::VectorXd q = arkStart(0, 0);
   Tip tip;

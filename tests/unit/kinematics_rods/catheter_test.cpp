@@ -112,7 +112,7 @@ TEST(Catheter, ShapeIsAStraightPartAndAnArcThatEndsAtTheTip) {
   }
 }
 
-TEST(Catheter, RefusesWhatItCannotAnswer) {
+TEST(Catheter, RefusesInvalidInput) {
   Random random(baseSeed());
   Arm arm = anyCatheter(random);
   const ConstantCurvature model(arm);

@@ -67,7 +67,7 @@ TEST(ElasticCatheter, IsTheArcWithoutALoadAndDifferentiatesUnderOne) {
   EXPECT_GT(compared, 100);
 }
 
-TEST(ElasticCatheter, RefusesWhatItCannotAnswer) {
+TEST(ElasticCatheter, RefusesInvalidInput) {
   Random random(baseSeed());
   ElasticArm arm = anyElasticArm(random);
   const ElasticCatheter model(arm);

@@ -349,7 +349,7 @@ TEST(Grasp, AllocatesNothing) {
   EXPECT_EQ(allocationCount(), before);
 }
 
-TEST(Grasp, RefusesWhatItCannotHold) {
+TEST(Grasp, RefusesInvalidGrasps) {
   namespace grasp = kinematics::grasp;
   const auto refused = [](auto call, const std::string& what) {
     try {

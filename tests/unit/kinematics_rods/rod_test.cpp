@@ -211,7 +211,7 @@ TEST(Rod, AllocatesNothing) {
   EXPECT_EQ(allocationCount(), before);
 }
 
-TEST(Rod, RefusesWhatItCannotAnswer) {
+TEST(Rod, RefusesInvalidInput) {
   Random random(baseSeed());
   Rod rod;
   rod.sections = {kinematics::cosserat::tubeSection(0.1, 2e-3, 1e-3, 1e9, 0.4)};

@@ -297,7 +297,7 @@ TEST(TargetAssist, AllocatesNothing) {
   EXPECT_EQ(allocationCount(), before);
 }
 
-TEST(TargetAssist, RefusesWhatItCannotAnswer) {
+TEST(TargetAssist, RefusesInvalidInput) {
   Random random(baseSeed());
   Meeting meeting(random);
   const TargetAssist model(meeting.pair);

@@ -13,7 +13,7 @@ using namespace planning;
 
 constexpr double kNone = safety::kUnlimited;
 
-TEST(Timing, WithoutAccelerationsIsTheSlowestJointPieceByPiece) {
+TEST(Timing, WithoutAccelerationLimitsTheSlowestJointDeterminesEachSegment) {
   TimingProblem problem;
   problem.path.resize(2, 3);
   problem.path << 0.0, 0.01, 0.01, 0.0, 0.1, 0.5;

@@ -193,7 +193,7 @@ TEST(ArmSupervisor, NoJointIsFasterThanAskedForAtAnyRateOfCommands) {
   }
 }
 
-TEST(ArmSupervisor, CommandsAtTheAgreedRateArriveAtWhatTheyAskFor) {
+TEST(ArmSupervisor, CommandsOncePerPeriodReachTheirTargets) {
   int moved = 0;
   for (std::uint32_t seed = test::baseSeed(); seed < test::baseSeed() + 200; ++seed) {
     SCOPED_TRACE(test::trace(seed));

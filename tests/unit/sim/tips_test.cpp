@@ -35,7 +35,7 @@ void place(PlantTips& tips, int configuration) {
     tips.update(k, test::arkStart(configuration, k));
 }
 
-TEST(PlantTips, FollowTheModelAskedFor) {
+TEST(PlantTips, FollowTheConfiguredModel) {
   for (const char* name : {"rigid", "compliant"}) {
     PlantOptions options;
     options.model = name;
@@ -198,7 +198,7 @@ TEST_F(Tracker, MeasuresAtItsRateAndReportsAfterItsDelay) {
   EXPECT_EQ(reported, 37);  // of 40 measured within the second, those taken at least 60 ms before its end
 }
 
-TEST_F(Tracker, NoiseAndDropOutsAreAsAskedFor) {
+TEST_F(Tracker, NoiseAndDropOutsAreAsConfigured) {
   options.position_noise = 0.3e-3;
   options.rotation_noise = 0.01;
   options.drop_out = 0.2;
