@@ -295,7 +295,11 @@ int main(int argc, char** argv) {
       ->check(CLI::Range(20.0, 1000.0));
   app.add_flag("--enable", options.enable, "enable the arms at the start and disable them at the end");
   app.add_flag("--quiet", options.quiet, "print errors only");
-  app.footer("The robot moves only while the device's dead-man switch is held. Devices: docs/teleoperation.md");
+  app.footer(
+      "The robot moves only while the device's dead-man switch is pressed. Devices: docs/teleoperation.md\n\n"
+      "Examples:\n"
+      "  tandem teleop -d teleop --enable\n"
+      "  tandem teleop -d one-arm --device keyboard --mode tip --enable");
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -196,7 +196,7 @@ void registerConformance(CLI::App& app, int& exit_code) {
       "Start the process alone, without control: `my-hal -d DEPLOYMENT`, or `tandem-sim`, `tandem-hal`. This command "
       "then\n"
       "commands the drives in place of control, and moves every joint slowly by a few millimetres; it refuses to run\n"
-      "beside a control. For drives that are not simulated it needs --yes: keep the emergency stop at hand.\n"
+      "beside tandem-control. For drives that are not simulated it needs --yes: keep the emergency stop at hand.\n"
       "Each line: pass or FAIL, the name of the test, its subject, what was measured, and where it fails what was\n"
       "expected. Exit code 0: all passed; 1: a test failed, or no process answers. docs/own-hardware.md has the "
       "contract.");

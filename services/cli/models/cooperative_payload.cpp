@@ -215,8 +215,10 @@ void registerPayload(CLI::App& app, int& exit_code) {
       ->check(CLI::Range(4, 3600))
       ->capture_default_str();
   command
-      ->add_option("--finest-deg", options->finest_deg,
-                   "directions are added between neighbours that differ by more than 5 % until they are this close")
+      ->add_option(
+          "--finest-deg", options->finest_deg,
+          "smallest angle between neighbouring directions, deg; directions are added where the results of neighbours "
+          "differ by more than 5 %")
       ->check(CLI::Range(0.01, 180.0))
       ->capture_default_str();
   command->add_option("-t,--threads", options->threads, "threads; 0: one per core")->check(client::kNonNegative);
@@ -224,7 +226,7 @@ void registerPayload(CLI::App& app, int& exit_code) {
   addFigureOption(*command, options->figure, "stiffness and payload by direction");
   command->add_flag("--json", options->json, "JSON instead of text");
   command->footer(
-      "Exit code 1: the arms cannot hold the object; the reason is printed.\n"
+      "Exit code 1: the arms cannot carry the object; the reason is printed.\n"
       "Documentation: docs/cooperative.md");
   command->callback([options, &exit_code] { guarded(exit_code, [&] { return runPayload(*options); }); });
 }

@@ -167,7 +167,9 @@ int runSolve(const SolveCommand& options) {
 
 void registerSolve(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<SolveCommand>();
-  CLI::App* solve = app.add_subcommand("solve", "one control step per row: joint velocities for v_ab and v_a");
+  CLI::App* solve = app.add_subcommand("solve",
+                                       "one control step per row: joint velocities for a desired relative velocity "
+                                       "v_ab of the tips and velocity v_a of tip A");
   solve->add_option("-r,--robot", options->robot, "robot file or preset")->capture_default_str();
   solve->add_option("-m,--method", options->method, control::methodList())->capture_default_str();
   solve->add_option("--method-library", options->library, "shared library of the method foreign (docs/own-method.md)");
@@ -176,7 +178,9 @@ void registerSolve(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   solve->add_option("-T,--period", options->period, "control period, s (default: the robot file's)")
       ->check(client::kPositive);
-  solve->add_option("-z,--zeta", options->zeta, "zeta of (7) or (8) (default: the robot file's)")
+  solve
+      ->add_option("-z,--zeta", options->zeta,
+                   "damping zeta of equation (7) or (8) of Alsaka et al. 2024 (default: the robot file's)")
       ->check(client::kPositive);
   solve
       ->add_option("--csv", options->csv,
