@@ -26,7 +26,7 @@ namespace {
 
 constexpr std::uint32_t kSeed = 20240607;
 
-/// What callgrind counts.
+/// Call whose instructions callgrind counts.
 void measure(const std::function<void()>& call) { tandem_measured(call); }
 
 /// Constructs one workload; its result executes call number k, and measures it.

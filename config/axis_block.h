@@ -13,7 +13,7 @@
 
 namespace tandem::config {
 
-/** What stands behind an axis in its hardware file. */
+/** Sources of an axis' values in its hardware file. */
 struct AxisOrigin {
   std::optional<DriveProfile> profile;  ///< that its group names
   /// The group or the profile states the unit; otherwise the axis has the default.

@@ -69,7 +69,7 @@ void checkCarriages(const Map& map, const hal::ArmConfig& arm, const std::vector
 
 namespace {
 
-/// What the drive does with a method of its manufacturer: neither the HAL nor tandem-drive-sim can guess it.
+/// Behaviour of the drive in a homing method of its manufacturer, which only its profile describes.
 void readVendorMethod(const Map& map, const std::vector<VendorHoming>& methods, hal::HomingConfig& homing) {
   std::string known;
   for (const VendorHoming& one : methods) {

@@ -71,7 +71,7 @@ Summary summarize(const Deployment& deployment) {
           warnings};
 }
 
-/// What tandem-hal will refuse because of what the profiles of the drives lack, axis by axis.
+/// Warnings for axes that tandem-hal will refuse, because their drive profiles lack protections.
 std::vector<std::string> missingAcceptances(const hal::HardwareConfig& hardware) {
   std::vector<std::string> warnings;
   for (const hal::AxisConfig& axis : hardware.axes) {

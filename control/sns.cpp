@@ -141,7 +141,7 @@ class Sns final : public Resolver {
     return true;
   }
 
-  /// What the task leaves free: projector_ loses its rows, one after the other.
+  /// Null space that the task leaves: removes its rows from projector_, one after the other.
   void project(const Task& task) noexcept {
     for (int i = 0; i < task.velocity.size(); ++i) {
       const RobotVector row = task.jacobian.row(i).transpose();

@@ -16,7 +16,7 @@ class Controller {
   Controller(const config::Robot& robot, const RobotModel& model, control::Method method, const LoopOptions& options)
       : options_(options), tracker_(make(robot, model, method, options)) {}
 
-  /// What planning judges the state with, as it does in its own process.
+  /// Tips that planning uses for this state, as in its own process.
   const planning::TipFollower& see(const SimulatedRobot& plant) {
     if (!tracker_.computeTips(plant.position(), track_))
       refuse();

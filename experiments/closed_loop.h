@@ -24,10 +24,10 @@ struct LoopView {
   const StepData& data;
   const SimulatedRobot& robot;
   const planning::Progress& progress;
-  bool held;  ///< control asked for rest: the tips had not been measured, or too long ago
+  bool held;  ///< control held the setpoint: the tips were not measured, or too long ago
 };
 
-/// Those of a deployment, with the gains of the experiment.
+/// Options of the loop from a deployment, with the gains of the experiment.
 LoopOptions loopOptions(const config::Deployment& deployment, const config::Experiment& experiment);
 
 /// All runs of an experiment: trajectories, then methods, then configurations, in the order of the file.

@@ -81,7 +81,7 @@ inline constexpr std::array<Condition, 17> kConditions{{
      &Conditions::speed, 1e-3, false, "Protocol"},
 }};
 
-/** What is to be run. Cases times tasks times methods. */
+/** Specification of a comparison: cases times tasks times methods. */
 struct MonteCarlo {
   std::uint64_t seed = 1;
   int tasks = 1000;
@@ -171,7 +171,7 @@ struct MethodSummary {
   std::array<double, 3> further_error{};  ///< RMS of a run's true errors of the further task, m or rad, percentiles
 
   double rate() const { return feasible > 0 ? static_cast<double>(succeeded) / feasible : 0.0; }
-  /// Of the rate, 95 %.
+  /// 95 % confidence interval of the rate.
   Interval interval() const { return wilson(succeeded, feasible); }
 };
 

@@ -50,7 +50,7 @@ inline TipOrientations unturned() {
   return orientations;
 }
 
-/// Of the relative position (0 without one) and of the tip that follows the shape, m.
+/// Errors of the relative position (0 without one) and of the tip that follows the shape, m.
 std::pair<double, double> errorsOf(const planning::Reference& reference, const Tips& tips);
 
 /// The first task of a kind in a reference; null: none.
@@ -64,7 +64,7 @@ struct FurtherErrors {
   ErrorStatistics errors;        ///< over each point's last iteration, m or rad
 };
 
-/** What was known when a reference was answered and the robot had moved. */
+/** Data of one control period: the reference, the answer of control, and the robot after its motion. */
 struct StepData {
   int point = 0;
   int iteration = 0;

@@ -12,7 +12,7 @@
 
 namespace tandem::experiments {
 
-/** How the loop is closed. */
+/** Options of a closed loop. */
 struct LoopOptions {
   double control_period = 0.1;  ///< T, s
   planning::Gains gains;
@@ -31,13 +31,13 @@ class SimulatedRobot {
                  const std::vector<Eigen::VectorXd>& start,
                  const LoopOptions& options);
 
-  /// What the encoders read, arms stacked, m and rad.
+  /// Readings of the encoders, arms stacked, m and rad.
   safety::RobotVector position() const;
-  /// The last setpoints past the gate.
+  /// The last setpoints that passed the gate.
   safety::RobotVector setpoint() const;
-  /// Where the tips really are.
+  /// True poses of the tips.
   const sim::PlantTips& tips() const { return tips_; }
-  /// What a tip tracker has measured, if there is one.
+  /// Tips that the tracker has measured, if there is one.
   const planning::MeasuredTips& measuredTips() const { return measured_; }
   /// ns
   std::int64_t time() const { return time_; }

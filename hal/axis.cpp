@@ -345,7 +345,7 @@ void Axis::writeCommand(std::int64_t now) noexcept {
   driver_.command(command, now);
 }
 
-/// Of a drive that takes velocities, by the position loop of the HAL, m/s or rad/s.
+/// Target of a drive in a velocity mode, from the position loop of the HAL, m/s or rad/s.
 double Axis::targetVelocity() const noexcept {
   if (driveState() != DriveState::kOperationEnabled)
     return 0.0;

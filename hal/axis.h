@@ -26,7 +26,7 @@ namespace tandem::hal {
 using idl::AxisPhase;
 using idl::name;
 
-/** What becomes of the position of a joint that was measured from outside. */
+/** Reply to a joint position that a person has measured. */
 enum class MeasurementAnswer : std::uint8_t {
   kTaken,           ///< the axis is ready once its drive has its software limits
   kNotDisabled,     ///< the arm has power, or is not DISABLED
@@ -158,7 +158,7 @@ class Axis {
   double targetVelocity() const noexcept;
   void judge(std::int64_t now) noexcept;
   void judgeMotion(std::int64_t now) noexcept;
-  /// What the drive's position is compared with: the encoder's, or itself without one.
+  /// Position with which the drive's is compared: that of the encoder; without one, the drive's own.
   double comparedPosition() const noexcept { return config_.encoder ? encoderPosition() : position_; }
   /// Position of the joint at the last sample, as far as the axis has a reference.
   double measured() const noexcept { return zero_ + drive_.position; }

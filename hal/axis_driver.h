@@ -54,7 +54,7 @@ struct DriveInputs {
   std::uint32_t bits = 0;
 };
 
-/** What a drive has to do in this period. */
+/** Command to one drive for one period. */
 struct DriveCommand {
   std::uint16_t word = controlword::kDisableVoltage;  ///< one of namespace controlword
   double position = 0.0;                              ///< target from the drive's own zero, m or rad
@@ -62,7 +62,7 @@ struct DriveCommand {
   double velocity = 0.0;
 };
 
-/** What a drive is prepared for while it has no torque. */
+/** Task for which a drive is prepared while it has no torque. */
 enum class DriveTask : std::uint8_t {
   kFollow = 0,  ///< the targets in DriveCommand
   kHome,        ///< a homing run by itself
@@ -111,7 +111,7 @@ class AxisDriver {
   /// Advances boot, configuration and parameter access.
   virtual void update(std::int64_t now) noexcept = 0;
   virtual DriverPhase phase() const noexcept = 0;
-  /// What the devices lack since the last boot.
+  /// Protections that the devices lack since the last boot.
   virtual ProtectionMask lostProtections() const noexcept { return 0; }
 
   virtual const DriveFeedback& drive() const noexcept = 0;

@@ -73,7 +73,7 @@ class Fieldbus {
 
   /// Another master commands the devices now.
   virtual bool otherMaster([[maybe_unused]] std::int64_t now) const noexcept { return false; }
-  /// What other masters have sent since the start, for people; empty: nothing.
+  /// Description of the frames that other masters have sent since the start; empty: none.
   virtual std::string otherMasters() const { return {}; }
   /// Meaning of FieldbusEvent::master, for the publisher thread: ": SYNC from another master; stop it".
   virtual std::string describeMaster([[maybe_unused]] std::uint8_t master) const { return {}; }
@@ -87,8 +87,8 @@ inline bool inLibrary(const BusConfig& bus) noexcept { return bus.address.starts
 /// Changes with every incompatible change of Fieldbus or AxisDriver.
 inline constexpr std::uint32_t kFieldbusVersion = 1;
 
-/** What a library of the hardware file (`interface: library:PATH,TEXT`) returns from its function tandem_fieldbus,
- * which has C linkage and no arguments. The library is compiled with the headers of the tandem-hal that loads it. */
+/** Return value of function tandem_fieldbus of a library in a hardware file (`interface: library:PATH,TEXT`),
+ * with C linkage and no arguments. The library is compiled with the headers of the tandem-hal that loads it. */
 struct FieldbusLibrary {
   std::uint32_t version = kFieldbusVersion;
   std::uint32_t sizes[3] = {sizeof(HardwareConfig), sizeof(AxisConfig), sizeof(DriveFeedback)};

@@ -45,7 +45,7 @@ enum class PositionReference : std::uint8_t {
   kMeasured,  ///< a measurement from outside (gauge, tracker), sent after each start: Axis::takeMeasurement()
 };
 
-/** How the HAL and a drive notice each other's end. */
+/** Mutual watch of HAL and drive: each detects the end of the other. */
 enum class MutualWatch : std::uint8_t {
   kHeartbeat = 0,  ///< both send heartbeats: 1016, 1017
   kNodeGuarding,   ///< the HAL asks by remote frames, the drive answers: 100C, 100D
@@ -82,7 +82,7 @@ struct HomingConfig {
   double position = 0.0;      ///< of the joint at the end of the run, m or rad
   int order = 0;              ///< axes with the same number run together, smaller numbers first
   double budget = 60.0;       ///< s
-  /// Of a method of the manufacturer: direction of the drive in which its mechanical stop is, -1 or 1; 0: other
+  /// Methods of the manufacturer: direction of the drive in which the mechanical stop is, -1 or 1; 0: other
   /// methods.
   int stop = 0;
   bool stop_index = false;  ///< it ends at the first index pulse behind that stop

@@ -18,7 +18,7 @@ namespace tandem::hal {
 /// stored position says nothing.
 std::uint64_t conversionRevision(const AxisConfig& axis);
 
-/** What the file says of each axis. */
+/** Contents of the file: one entry for each axis. */
 struct StoredPositions {
   struct One {
     LastPosition state = LastPosition::kMissing;

@@ -35,7 +35,7 @@ class PositionMemory {
   explicit PositionMemory(double tolerance) noexcept : tolerance_(tolerance) {}
 
   bool watches() const noexcept { return tolerance_ > 0.0; }
-  /// What an earlier run of the HAL has stored. @param position  m or rad, if it is known.
+  /// Takes the position stored by an earlier run of the HAL. @param position  m or rad, if it is known.
   void restore(LastPosition state, double position) noexcept {
     state_ = state;
     position_ = position;

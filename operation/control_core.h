@@ -21,7 +21,7 @@ struct CycleOutput {
   msg::ActuationLimits limits;
   msg::ControlPermissions permissions;
   CrtkEndings endings;
-  /// Of arms without commands; ControlStatus::idle is their idle time.
+  /// Decisions on the power of arms without commands; ControlStatus::idle is their idle time.
   std::array<safety::IdlePower::Decision, safety::kMaxArms> idle{};
 };
 

@@ -80,7 +80,7 @@ class Follower {
   bool update(const TipFollower& tips, const MeasuredTips* measured, Reference& reference) noexcept;
 
   const Progress& progress() const { return progress_; }
-  /// Of the tasks in the order of the reference, m, rad for axes and orientations: kPointByPoint at the end of each
+  /// Errors of the tasks in the reference's order, m, rad for axes and orientations: kPointByPoint at the end of each
   /// point; kTimed at each update, relative to the reference of the previous one.
   std::span<const ErrorStatistics> errors() const {
     return std::span(errors_).first(static_cast<std::size_t>(spec_.taskCount()));
@@ -111,7 +111,7 @@ class Follower {
   std::vector<double> arc_length_;       ///< of the tip at each point, m
   std::vector<safety::RobotVector> postures_;
   double path_time_ = 0.0;  ///< s, timed following
-  /** Of a point that the reference has passed, timed following. */
+  /** Record of a point that the reference has passed, for timed following. */
   struct Passed {
     double nearest = 0.0;  ///< m, least error since then
     int periods = 0;       ///< since then; below zero: decided

@@ -41,7 +41,7 @@ class TipFollower {
 
   int armCount() const noexcept { return static_cast<int>(models_.size()); }
   int jointCount() const noexcept { return offset_.back(); }
-  /// Of the last update in which the model had a solution.
+  /// Tip in the last update in which the model had a solution.
   const kinematics::Tip& tip(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].tip; }
   /// Points of the arm's shaft at the joints of tip(), evenly spaced from the entry point to its end.
   kinematics::ModelStatus shaft(int arm, int count, std::vector<kinematics::BackbonePoint>& points) const;
@@ -55,7 +55,7 @@ class TipFollower {
     const Arm& own = arms_[static_cast<std::size_t>(arm)];
     return search_.find(*models_[static_cast<std::size_t>(arm)], own.q, own.branch, to, derivatives, foot);
   }
-  /// Of the last update: kOk, or the status of the first arm whose model had no solution.
+  /// Status of the last update: kOk, or that of the first arm whose model had no solution.
   kinematics::ModelStatus status() const noexcept { return status_; }
   int failedArm() const noexcept { return failed_arm_; }
   /// Number of snaps of the model's arm into another equilibrium since construction.

@@ -71,7 +71,7 @@ enum class Following {
 inline constexpr int kNoArm = -1;
 /// An arm that is known by its name only, until config::findArms() has looked it up.
 inline constexpr int kNamedArm = -2;
-/// What is wrong with a relative position of a tip and itself.
+/// Refusal of a relative position between a tip and itself.
 inline constexpr const char* kSameArmTwice = "found the same arm twice, expected two arms";
 
 /** Desired orientation of a further task over the trajectory. */
@@ -136,7 +136,7 @@ struct TrajectorySpec {
   }
   /// The same trajectory without further tasks.
   TrajectorySpec ofPositions() const;
-  /// What is wrong with its arms for a robot with `count` of them; empty: nothing.
+  /// Reason why its arms do not suit a robot with `count` arms; empty: they do.
   std::string wrongArms(int count) const;
 };
 

@@ -10,7 +10,7 @@
 
 namespace tandem::recording {
 
-/** What elements of arrays are called. */
+/** Names of the elements of arrays. */
 struct ArrayNames {
   struct Joint {
     std::string name;  ///< "beta_1"

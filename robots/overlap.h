@@ -22,7 +22,7 @@ struct ArmDistance {
   kinematics::Clearance least;
 };
 
-/// Of each two arms whose bodies are known.
+/// Distances of each two arms whose bodies are known.
 std::vector<ArmDistance> armDistances(const std::vector<std::optional<kinematics::Body>>& bodies);
 
 /// One text for each pair of arms whose bodies (kinematics::Body) overlap: "arm_a and arm_b overlap by 2.00 mm: tube 3

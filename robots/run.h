@@ -48,7 +48,7 @@ class Run {
   virtual void fail() = 0;  ///< ends a motion that cannot continue, as kFailed
 
   virtual const planning::Progress& progress() const = 0;
-  /// Of each task of the reference, in their order.
+  /// Errors of each task of the reference, in their order.
   virtual std::span<const planning::ErrorStatistics> errors() const = 0;
   virtual double tolerance() const = 0;                       ///< at the end, m
   virtual std::string name() const = 0;                       ///< of the motion

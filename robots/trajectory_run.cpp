@@ -10,7 +10,7 @@
 
 namespace tandem::robots {
 
-/// Whether it is known where the tips of all its arms are.
+/// Whether the poses of the tips of all arms of the trajectory are known.
 bool TrajectoryRun::known(const planning::TrajectorySpec& spec, const Measured& now) const {
   return tips_.status() == kinematics::ModelStatus::kOk && std::ranges::all_of(spec.arms(), [&](int arm) {
            const auto k = static_cast<std::size_t>(arm);

@@ -16,7 +16,7 @@
 
 namespace tandem::safety {
 
-/** How an arm is supervised. */
+/** Options of an ArmSupervisor. */
 struct SupervisorOptions {
   double control_period = 0.1;  ///< T: each setpoint is meant to be reached this long after its command, s
   Budgets budgets;
@@ -24,16 +24,16 @@ struct SupervisorOptions {
   bool immediate_hold = false;
 };
 
-/** What a command asks of one arm. */
+/** Part of a command for one arm. */
 struct ArmRequest {
   DriveRequest request = DriveRequest::kKeep;
   JointMask lost = 0;   ///< kRecover: joints that cannot be used, or shall not
   bool unseen = false;  ///< kRecover: who asks cannot have seen the fault that the arm is in
   bool moving = false;  ///< `motion` counts; otherwise the arm completes its segment and holds
-  /** The velocity counts: it is integrated here, from the last setpoint that went past the gate. Whoever commands knows
-   * that setpoint only as it was a state ago, so its own sum would jump back or ahead by all that was lost or late
-   * since. However often commands come, the setpoint is never led ahead of the joints by more than one period of the
-   * velocity asked for. The position has to be finite; `duration` is ignored: it is the control period. */
+  /** The velocity counts: it is integrated here, from the last setpoint that passed the gate. The client knows only a
+   * setpoint one state older, so its own sum would jump back or ahead by the motion of all lost or late commands
+   * since. At any rate of commands, the setpoint is ahead of the joints by at most one period of the
+   * requested velocity. The position has to be finite; `duration` is ignored: it is the control period. */
   GateCommand motion;
 };
 
@@ -76,7 +76,7 @@ class ArmSupervisor {
 
   OperatingState state() const noexcept { return machine_.state(); }
   FaultMask faults() const noexcept { return machine_.faults(); }
-  /// What led into FAULT; empty in the other states.
+  /// Cause of FAULT; empty in the other states.
   const FaultRecord& faultRecord() const noexcept { return record_; }
   /// ENABLED or PAUSED: a failure has to stop this arm.
   bool powered() const noexcept;
@@ -94,9 +94,9 @@ class ArmSupervisor {
   bool standing() const noexcept { return mode_ == Mode::kStanding; }
   /// Present reference of the joints, m, rad.
   const ArmVector& reference() const noexcept { return reference_; }
-  /// How fast they shall move now, m/s, rad/s.
+  /// Velocity of the reference, m/s, rad/s.
   const ArmVector& referenceVelocity() const noexcept { return velocity_; }
-  /// The last setpoint past the gate, m, rad; the reference while the arm stops or stands.
+  /// The last setpoint that passed the gate, m, rad; the reference while the arm stops or stands.
   const ArmVector& setpoint() const noexcept { return mode_ == Mode::kSegment ? target_ : reference_; }
   const ArmLimits& limits() const noexcept { return limits_; }
 

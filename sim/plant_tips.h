@@ -24,7 +24,7 @@ struct TubeContact {
   std::optional<TubeFriction> friction;
   std::optional<TipPlay> play;
 };
-/// Those that `options` ask for. @param plant arm of the plant; @param nominal that of the robot file
+/// Contact between tubes by `options`. @param plant arm of the plant; @param nominal that of the robot file
 TubeContact makeContact(const kinematics::ConcentricTubeArm& plant,
                         const kinematics::ConcentricTubeArm& nominal,
                         const PlantOptions& options);
@@ -65,7 +65,7 @@ class PlantTips {
   /// Number of snaps of this arm since construction.
   std::uint32_t snaps(int arm) const noexcept { return snapsOf(arm).count; }
   const Snaps& snapsOf(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].snaps; }
-  /// Those of all arms.
+  /// Snaps of all arms.
   Snaps allSnaps() const noexcept;
   /// Least elastic stability of the arm now: 0 where it snaps, 1 without elastic interaction.
   double stability(int arm) const noexcept { return arms_[static_cast<std::size_t>(arm)].tip.stability; }

@@ -117,7 +117,7 @@ bool SimulatedDrives::command(const Command& command, std::int64_t now) noexcept
   return checked.faults == 0;
 }
 
-/// Where the encoders see the joints; where one says nothing, where its joint was commanded to be.
+/// Joint positions by the encoders; for an encoder without a reading, the reference of its joint.
 ArmVector SimulatedDrives::positionsOf(const Arm& arm) noexcept {
   ArmVector q = arm.plant.reading();
   for (Eigen::Index j = 0; j < q.size(); ++j)

@@ -14,7 +14,7 @@
 
 namespace tandem::sim {
 
-/** How the simulated robot is run. */
+/** Options of SimulatedDrives. */
 struct SimulatedDrivesOptions {
   double control_period = 0.1;  ///< T: commands come this often, s
   bool lock_step = false;       ///< ideal joints, one advance() per command
@@ -31,7 +31,7 @@ struct SimulatedDrivesOptions {
 
 using Command = safety::RobotCommand;
 
-/** What became of a reset. */
+/** Result of a reset. */
 enum class ResetResult : std::uint8_t {
   kDone = 0,
   kMoving,         ///< an arm still moves
@@ -78,7 +78,7 @@ class SimulatedDrives {
 
   int armCount() const noexcept { return static_cast<int>(arms_.size()); }
   int jointCount(int arm) const noexcept { return arms_[arm].supervisor.limits().jointCount(); }
-  /// What the encoders say, m, rad; NaN where an injected fault makes it so.
+  /// Readings of the encoders, m, rad; NaN where an injected fault causes it.
   safety::ArmVector position(int arm) const noexcept { return arms_[arm].plant.reading(); }
   safety::ArmVector velocity(int arm) const noexcept { return arms_[arm].plant.velocityReading(); }
   bool valid(int arm) const noexcept { return arms_[arm].plant.valid(lost(arm)); }
@@ -95,7 +95,7 @@ class SimulatedDrives {
   safety::JointMask lost(int arm) const noexcept { return arms_[arm].supervisor.lost(); }
   /// All joints know where they are, always.
   bool homed(int /*arm*/) const noexcept { return true; }
-  /// What led an arm into FAULT; empty in the other states.
+  /// Cause of an arm's FAULT; empty in the other states.
   const safety::FaultRecord& faultRecord(int arm) const noexcept { return arms_[arm].supervisor.faultRecord(); }
   const SimulatedArm& plant(int arm) const noexcept { return arms_[arm].plant; }
   const safety::GuardCounters& guards() const noexcept { return guards_; }

@@ -23,7 +23,7 @@ Field sdoField(const std::string& description);
 /// Reads `sdo` of a mapping. @throw Error for an object that a hardware file may not write, or a value beyond its type.
 std::vector<hal::SdoWrite> readSdo(const Map& map);
 
-/** What the axes of a hardware file take from a profile beside keys of `drive`. */
+/** Values that the axes of a hardware file take from a profile besides the keys of `drive`. */
 struct ProfileFacts {
   hal::ProtectionMask lacks = 0;
   std::vector<VendorHoming> homing_methods;

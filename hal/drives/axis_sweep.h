@@ -6,7 +6,7 @@
 
 namespace tandem::hal {
 
-/** What is known of an axis at one time; m or rad, s. */
+/** Sample of one axis at one time; m or rad, s. */
 struct SweepSample {
   double time = 0.0;
   double setpoint = 0.0;
@@ -15,7 +15,7 @@ struct SweepSample {
   double encoder_difference = 0.0;  ///< absolute encoder minus drive
 };
 
-/** Of a sweep with at least one stroke in each direction. */
+/** Result of a sweep with at least one stroke in each direction. */
 struct SweepResult {
   double travel = 0.0;          ///< largest minus least position
   double following_max = 0.0;   ///< largest following error, without sign

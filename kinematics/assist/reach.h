@@ -16,15 +16,15 @@ struct Range {
   Joints lower = Joints::Zero(), upper = Joints::Zero();
 };
 
-/** How far a place is from all that the target's tip reaches without contact, m; 0 where it reaches, to 1e-9 m. The
- * roll is taken as free: with less than a turn of it the true distance can only be larger.
+/** Distance of a position from the reachable space of the target's tip without contact, m; 0 inside, to 1e-9 m. The
+ * roll is taken as free: with a range of less than one turn the true distance can only be larger.
  * @param place  robot base frame */
 double distanceBeyondReach(const catheter::Arm& target, const Range& range, const Eigen::Vector3d& place);
 
 /// Joints number `index` of a sequence that fills a range evenly (Roberts 2018, shifted by a seed).
 Joints jointsOf(const Range& range, std::uint64_t index, std::uint64_t seed);
 
-/** What assistance does at one joint vector; numbers only where the status is kOk. */
+/** Effect of assistance at one joint vector; numbers only where the status is kOk. */
 struct Reach {
   Status status = Status::kNotConverged;
   Eigen::Vector3d assisted = Eigen::Vector3d::Zero();  ///< tip, m, robot base frame
@@ -35,7 +35,7 @@ struct Reach {
 };
 Reach reachAt(const TargetAssist& model, const Range& range, const Joints& q);
 
-/** What counts as reached: within both bounds, and no part of an arm behind its entry plane. */
+/** Conditions for a reached position: within both bounds, and no part of an arm behind its entry plane. */
 struct ReachBounds {
   double force = std::numeric_limits<double>::infinity();   ///< N
   double strain = std::numeric_limits<double>::infinity();  ///< relative
@@ -52,7 +52,7 @@ struct ReachVolume {
   int counted = 0;        ///< samples within the bounds
 };
 
-/// Of samples that reachAt() has answered. @param cell  edge of a cell, m
+/// Volume of samples from reachAt(). @param cell  edge of a cell, m
 ReachVolume reachVolume(const catheter::Arm& target,
                         const Range& range,
                         std::span<const Reach> samples,

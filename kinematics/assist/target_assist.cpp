@@ -81,7 +81,7 @@ std::string_view describe(Status status) {
   return "unknown";
 }
 
-/// What acts on both rods but the contact.
+/// Loads and actuation of both rods, except the contact.
 struct TargetAssist::Task {
   cosserat::RodInput target, assist;
   double force_unit, moment_unit;  ///< N and N m that bend the softer rod by about one radian
@@ -313,7 +313,7 @@ bool TargetAssist::complete(const Joints& q, const Task& task, Unknowns& x, Chai
   return false;
 }
 
-/// How the contact wrench and the target's tip follow the joints; the tip by equation (11).
+/// Derivatives of the contact wrench and of the target's tip by the joints; the tip by equation (11).
 void TargetAssist::differentiate(const Joints& q,
                                  const Task& task,
                                  const Shots<kAllColumns>& shots,

@@ -9,7 +9,7 @@
 
 namespace tandem::kinematics::catheter {
 
-/// What stays constant at a given joint `bend` while the load changes.
+/// Quantity of the actuator that is constant at a given joint `bend` while the load changes.
 enum class Actuation {
   kDisplacement,  ///< displacement of the pull wires, bend times their offset: the actuator is at standstill
   kTension        ///< tension of the pull wires: the one that bends the unloaded catheter by `bend`

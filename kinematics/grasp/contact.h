@@ -70,7 +70,7 @@ struct Touch {
   Eigen::Vector3d to_tip, to_body;  ///< levers: from the tip's and from the object's origin to the contact
 };
 
-/** How the wrenches that a contact passes on change although its components do not: geometric stiffness. Columns are
+/** Geometric stiffness of a contact: change of its wrenches at constant components in the contact frame. Columns are
  * twists of the tip or the object, each at its own origin. */
 struct TouchStiffness {
   Matrix6 on_arm_by_tip, on_arm_by_object;        ///< of rows(to_tip)^T force
@@ -79,7 +79,7 @@ struct TouchStiffness {
 /// @param force  components that the contact passes on, all six
 TouchStiffness stiffnessOf(const Touch& touch, const Twist& force);
 
-/** How near a contact is to slipping. */
+/** Forces at a contact, and its margin to slip. */
 struct ContactLoad {
   double normal = 0.0;      ///< force into the object, N; a contact other than a grip cannot pull
   double tangential = 0.0;  ///< force across the normal, N

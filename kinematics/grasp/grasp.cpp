@@ -203,7 +203,7 @@ void Grasp::ranks(GraspState& state) const {
   state.self_motions = static_cast<int>(joints) - Decomposition(equilibrated(arms, joints)).rank();
 }
 
-/// What joints do to squeeze and object.
+/// Effect of joint velocities on squeeze and object.
 void Grasp::directions(GraspState& state) const {
   const Eigen::Index joints = state.by_joints.cols();
   const Decomposition squeeze(equilibrated(state.consistency, joints));

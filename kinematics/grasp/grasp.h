@@ -39,7 +39,7 @@ enum Degeneracy : unsigned {
 /// In words, separated by "; "; empty for none.
 std::string describeDegeneracies(unsigned degeneracies);
 
-/** Where arms and object are, and everything that follows. Object twists are those of the object's origin, contact
+/** Matrices of a grasp at one pose of arms and object. Object twists are those of the object's origin, contact
  * components in contact frames, else robot base frame. */
 struct GraspState {
   ObjectMatrix by_object;   ///< B G^T: velocity of the object at the contacts by its twist

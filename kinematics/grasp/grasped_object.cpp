@@ -54,7 +54,7 @@ Eigen::Isometry3d moved(const Eigen::Isometry3d& pose, const Twist& by) {
   return result;
 }
 
-/// Of the symmetric part: what moments that keep their direction add has no potential.
+/// Negative directions of the symmetric part: moments of constant direction have no potential.
 int negatives(const Form& form) { return negativeDirections(form, kNoStiffness); }
 
 }  // namespace

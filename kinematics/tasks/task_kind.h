@@ -13,7 +13,7 @@ namespace tandem::kinematics {
 /// Metres that one radian counts in the rows of a task: 1 deg counts as 0.87 mm, the tolerance of Alsaka et al. 2024.
 inline constexpr double kLengthPerRadian = 0.05;
 
-/** What a task compares: the place of a tip, or of one tip relative to another one. Each kind uses a part of it. */
+/** Pose that a task compares: of a tip, or of one tip relative to another. Each kind of task uses a part of it. */
 struct TaskPlace {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();               ///< m
   Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< unit

@@ -11,7 +11,7 @@ namespace tandem::planning {
 /// Sets TrajectoryPoint::further of sampled points, without the start.
 void setFurther(const TrajectorySpec& spec, const TrajectoryPoint& start, std::vector<TrajectoryPoint>& points);
 
-/// What further tasks want at the start. @param measured  the place of the tips there
+/// Desired values of the further tasks at the start. @param measured  poses of the tips there
 TrajectoryPoint wantedAtStart(const TrajectorySpec& spec, const TrajectoryPoint& measured);
 
 }  // namespace tandem::planning

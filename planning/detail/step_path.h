@@ -40,7 +40,7 @@ class StepPath {
                const std::function<bool()>& cancelled) const;
 
  private:
-  /// Of relative position and tip, m, of a step.
+  /// Errors of relative position and tip after a step, m.
   std::pair<double, double> errorsOf(const TrackResult& result) const;
   /// @return distance of the tips from the point, m; infinite if a step fails.
   double approach(const TrajectoryPoint& point,

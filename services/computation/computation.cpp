@@ -29,7 +29,7 @@ void judge(const planning::FeasibilityReport& report, dds::ComputationResult& re
                     " points are not reachable";
 }
 
-/// What a cancelled check has found: " after 30 points, 2 of them unreachable, the first: point 29: ..."; empty:
+/// Partial result of a cancelled check: " after 30 points, 2 of them unreachable, the first: point 29: ..."; empty:
 /// nothing.
 std::string progressOf(const dds::TrajectoryReport& report) {
   if (report.points.empty())

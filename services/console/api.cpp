@@ -232,7 +232,7 @@ struct DescribeShape {
   }
 };
 
-/// What a form shows of a trajectory.
+/// Description of a trajectory for the form of the page.
 Json describeSpec(const planning::TrajectorySpec& spec) {
   Json shape = Json::object();
   std::visit(DescribeShape{shape}, spec.shape);

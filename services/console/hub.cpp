@@ -282,7 +282,7 @@ void Hub::watch(const std::shared_ptr<Client>& client, const WatchGraph& wanted)
   client->sendText(connectionGraphUpdate({}, graph_));
 }
 
-/// Of other processes by discovery; this one publishes what its clients have advertised, and reads for subscribers.
+/// Other processes by discovery; this one publishes topics that clients advertise, and reads those of subscribers.
 ConnectionGraph Hub::graph() const {
   ConnectionGraph graph;
   std::set<std::string> known;

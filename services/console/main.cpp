@@ -46,7 +46,7 @@ console::Page findPage(const std::filesystem::path& given) {
   return page;
 }
 
-/// Of what is kept beside the files of the black box.
+/// Folder `name` beside the files of the black box.
 std::filesystem::path folderOf(const config::Deployment& deployment, const char* name) {
   const auto& given = deployment.black_box.directory;
   return (given.empty() ? runtime::stateDirectory() : given) / name;

@@ -24,7 +24,7 @@ class Parameters {
   std::vector<Parameter> onDiagnostics(const dds::DiagnosticArray& diagnostics);
   /// A value that control has accepted: known before the next diagnostics.
   void set(const Parameter& parameter);
-  /// Those of these names; all if there are none. Unknown names are left out.
+  /// Parameters with these names; all if `names` is empty. Unknown names are left out.
   std::vector<Parameter> get(const std::vector<std::string>& names) const;
   bool knows(const std::string& name) const { return !get({name}).empty(); }
 

@@ -18,9 +18,9 @@ namespace tandem::console {
 struct RequestNumbers {
   std::uint64_t fingerprint = 0, client = 0, request = 0;
 };
-/// Of a serialized request; empty if it is too short.
+/// Numbers in a serialized request; empty if it is too short.
 std::optional<RequestNumbers> numbersOfRequest(std::string_view cdr);
-/// Of a serialized reply; fingerprint is 0. Empty if it is too short.
+/// Numbers in a serialized reply; fingerprint is 0. Empty if it is too short.
 std::optional<RequestNumbers> numbersOfReply(std::string_view cdr);
 
 /** Requests by channel of the reply, client and request. Any thread. */

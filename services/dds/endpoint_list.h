@@ -31,7 +31,7 @@ class EndpointList {
     const std::lock_guard lock(mutex_);
     std::erase_if(endpoints_, [&](const auto& end) { return end.first.guidPrefix == participant; });
   }
-  /// Those of the participants with these names. Discovery also reports the own ones.
+  /// Endpoints of the participants with these names. Discovery also reports those of this process.
   std::vector<Endpoint> all(const std::map<Participant, std::string>& names) const {
     std::vector<Endpoint> found;
     const std::lock_guard lock(mutex_);

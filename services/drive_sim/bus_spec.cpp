@@ -126,7 +126,7 @@ void placeReferences(const hal::AxisConfig& axis, const hal::AxisUnits& units, D
   }
 }
 
-/// How the encoder of an axis reads the joint.
+/// Transmission between the drive of an axis and its encoder.
 sim::drives::LoadSpec loadOf(const hal::AxisConfig& axis) {
   const hal::EncoderConfig& encoder = *axis.encoder;
   sim::drives::LoadSpec spec;

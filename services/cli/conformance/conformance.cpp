@@ -50,7 +50,7 @@ std::vector<std::string> testNames() {
   return names;
 }
 
-/** How far joints go in all tests but those at limits. */
+/** Travel of the joints in all tests except those at limits. */
 struct Range {
   double translation = 0.0, rotation = 0.0;  ///< m, rad
 };

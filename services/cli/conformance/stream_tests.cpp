@@ -13,7 +13,7 @@ using safety::DriveRequest;
 using safety::Fault;
 using safety::OperatingState;
 
-/// How a test makes a correct command a wrong one.
+/// Change that turns a correct command into a wrong one.
 using Spoil = std::function<void(Commander::Command&)>;
 
 /// While DISABLED, a wrong command does not enable.

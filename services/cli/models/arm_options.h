@@ -35,7 +35,7 @@ std::string refusal(const config::Arm& arm, const experiments::CsvRow& row);
 /// "unstable: 2 conjugate points".
 std::string unstable(int conjugate_points);
 
-/// What a model says of an answer: "ok", "unstable: ...", or why there is none.
+/// Status of a model's answer: "ok", "unstable: ...", or the reason why there is none.
 std::string statusOf(kinematics::ModelStatus status, const kinematics::Tip& tip);
 
 }  // namespace tandem::cli

@@ -23,7 +23,7 @@ void addGraspOptions(CLI::App& command, GraspOptions& options);
 /// A robot with an object. @throw config::Error, or Failure(kUsage) where it has none or the load is no force
 config::CooperativeRobot graspingRobot(const GraspOptions& options);
 
-/// What the arms hold constant under loads: "displacement of the pull wires", or that of each arm if they differ.
+/// Actuation that is constant under loads: "displacement of the pull wires", or that of each arm if they differ.
 std::string actuationOf(const config::CooperativeRobot& robot);
 
 void registerCooperative(CLI::App& app, int& exit_code);

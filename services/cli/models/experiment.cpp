@@ -107,7 +107,7 @@ nlohmann::ordered_json publishedJson(double rms, double deviation, double max) {
   return {{"rms_mm", 1e3 * rms}, {"std_mm", 1e3 * deviation}, {"max_mm", 1e3 * max}};
 }
 
-/// What a mean over runs and one run have in common.
+/// Adds the results that a single run and a mean over runs both have.
 template <class Results>
 void addResults(const Results& r, nlohmann::ordered_json& line) {
   const auto errors = [](const experiments::ErrorStatistics& e) -> nlohmann::ordered_json {

@@ -251,7 +251,7 @@ bool ExperimentRunner::collectLockStep(experiments::RunRecord& record, std::uint
   return any;
 }
 
-/// Where the tips of hardware really are, nobody tells: those of the model for the joints as measured.
+/// True tips of hardware are unknown; adds the tips of the model at the measured joints.
 void ExperimentRunner::addModelTips(experiments::StepData& data) {
   for (int k = 0; k < model_.armCount(); ++k) {
     const auto i = static_cast<std::size_t>(k);

@@ -51,7 +51,7 @@ class ExperimentRunner {
   mutable std::mutex mutex_;
   std::deque<dds::PlanningReference> references_;        ///< in order of arrival
   std::map<std::uint64_t, dds::ActuationState> states_;  ///< by sequence
-  /// Those with a solution, by the state that they answer; in real time by the reference.
+  /// Statuses with a solution, by the state that they answer; in real time by the reference.
   std::map<std::uint64_t, dds::ControlStatus> statuses_;
   std::map<std::uint64_t, std::uint64_t>
       gate_actions_;                             ///< since start, by the sequence of the state that they go with

@@ -117,7 +117,7 @@ std::vector<control::Method> methodsOf(const MonteCarloCommand& options) {
   return methods;
 }
 
-/// Those that can be changed while a method runs, and those that cannot.
+/// Method parameters for --set: those that can be changed while a method runs, and those that cannot.
 std::vector<control::TunableParameter> settable() {
   std::vector<control::TunableParameter> all(control::kTunableParameters.begin(), control::kTunableParameters.end());
   all.push_back({"least_stability", &control::MethodParameters::least_stability});

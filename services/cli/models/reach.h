@@ -30,7 +30,7 @@ class Cells {
   /// @throw Failure where there would be too many cells.
   Cells(const Points& points, bool symmetric, double size, std::size_t samples);
 
-  /// Of all cells with a point in them, m^3.
+  /// Volume of all cells with a point in them, m^3.
   double volume() const;
   /// Whether a place is in such a cell. m, arm base frame.
   bool contains(const Eigen::Vector3d& place) const;

@@ -84,7 +84,7 @@ bool writeStabilityRows(const StabilityCommand& options,
   return all;
 }
 
-/// How many equilibria there are: stable ones, others.
+/// Numbers of equilibria: stable ones, others.
 std::vector<double> census(const CompliantModel& model, const Eigen::VectorXd& q) {
   double stable = 0.0, others = 0.0;
   for (const kinematics::EquilibriumInfo& info : model.equilibria(q))

@@ -30,7 +30,7 @@ struct WorkspaceCommand {
   bool json = false;
 };
 
-/** What one joint vector gives. */
+/** Result of the model at one joint vector. */
 struct Sample {
   Eigen::Vector3d place = Eigen::Vector3d::Constant(std::nan(""));  ///< of the tip, m, robot base frame
   double stability = std::nan("");

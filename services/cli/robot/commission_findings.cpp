@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 Json numberOrNull(double value) { return std::isfinite(value) ? Json(value) : Json(); }
 
-/// What is wrong with an axis by its measurement, for people.
+/// Descriptions of the problems that the measurement of an axis shows; empty: none.
 std::vector<std::string> problemsOf(const Candidate& candidate, const hal::SweepResult& found, double wanted) {
   constexpr double kLeastTravel = 0.8, kGearing = 0.02, kWindow = 0.5;
   const hal::AxisConfig& axis = *candidate.axis;

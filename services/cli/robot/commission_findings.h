@@ -24,7 +24,7 @@ struct Candidate {
   const char* unit() const { return translation() ? "mm" : "deg"; }
 };
 
-/// What commissioning.json keeps of an axis. @param wanted  travel that was asked for, m or rad
+/// Entry of one axis in commissioning.json. @param wanted  commanded travel, m or rad
 nlohmann::ordered_json describeAxis(const Candidate& candidate,
                                     const hal::SweepResult& found,
                                     double wanted,

@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 
-from console import CALM, HERE, OPERATOR, VIEWER, ConsoleTest
+from console import LONG_PERIODS, HERE, OPERATOR, VIEWER, ConsoleTest
 import system
 import wire
 
@@ -28,7 +28,7 @@ class Secured(ConsoleTest):
         token = self.folder / "operator"
         token.write_text(OPERATOR)
         token.chmod(0o600)
-        keys = {"prefix": self.prefix, "domain": domain, "security": authority.folder, **CALM,
+        keys = {"prefix": self.prefix, "domain": domain, "security": authority.folder, **LONG_PERIODS,
                 "budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}"}
         for console, why in ((f"{{port: {self.port}, operator_token: operator}}", "role console: "),
                              (f"{{port: {self.port}}}", "console.operator_token: is missing")):

@@ -10,7 +10,7 @@ import system  # noqa: E402
 import wire  # noqa: E402
 
 OPERATOR, VIEWER = "operator-token-0123456789", "viewer-token-0123456789"
-CALM = {"control_period_s": "0.05", "sim_period_ms": "2"}
+LONG_PERIODS = {"control_period_s": "0.05", "sim_period_ms": "2"}
 
 
 class ConsoleTest(system.SystemTest):
@@ -18,7 +18,7 @@ class ConsoleTest(system.SystemTest):
         """Robot and console without tokens."""
         self.port = system.free_port()
         self.prefix = f"t{os.getpid()}"
-        robot = self.start("laptop", prefix=self.prefix, console=f"{{port: {self.port}}}", **CALM)
+        robot = self.start("laptop", prefix=self.prefix, console=f"{{port: {self.port}}}", **LONG_PERIODS)
         system.until(lambda: self.healthy(), 20, "the console serves")
         return robot
 

@@ -10,14 +10,14 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
 import system  # noqa: E402
 
 # For a loaded machine.
-CALM = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}", "sim_period_ms": 5}
+LONG_BUDGETS = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}", "sim_period_ms": 5}
 
 
 class Discovery(system.SystemTest):
     def robot(self, name, **changes):
         folder = self.folder / name
         folder.mkdir()
-        running = system.System(system.deployment(folder, "laptop", **CALM, **changes))
+        running = system.System(system.deployment(folder, "laptop", **LONG_BUDGETS, **changes))
         self.addCleanup(running.close)
         return running
 

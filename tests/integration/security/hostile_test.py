@@ -20,7 +20,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 from credentials import Authority, day, system  # noqa: E402
 
 # For a loaded machine.
-CALM = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}", "sim_period_ms": 5}
+LONG_BUDGETS = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}", "sim_period_ms": 5}
 ATTACK = 4.0  # s: handshakes whose first message is lost are repeated every second
 
 
@@ -91,7 +91,7 @@ class Strangers(system.SystemTest):
         self.authority.issue(**{"from": day(10)})
 
     def begin(self, **changes):
-        return self.start("laptop", domain=self.domain, prefix=self.prefix, security=self.authority.folder, **{**CALM, **changes})
+        return self.start("laptop", domain=self.domain, prefix=self.prefix, security=self.authority.folder, **{**LONG_BUDGETS, **changes})
 
     def hostile(self, *words, prefix=None):
         peer = Hostile(self.domain, prefix or self.prefix, *words)

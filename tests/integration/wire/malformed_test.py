@@ -12,7 +12,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "harness"))
 import system  # noqa: E402
 
 ROUNDS = int(os.environ.get("TANDEM_ROUNDS", "25"))
-CALM = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}", "sim_period_ms": 5}
+LONG_BUDGETS = {"budgets": "{minimum_age_ms: 3000, planning_reference_ms: 5000, lease_ms: 9000}", "sim_period_ms": 5}
 # Topics that each service must drop samples of.
 READ_BY = {
     "tandem-sim": ["actuation/command", "sim/request", "stop"],
@@ -25,7 +25,7 @@ READ_BY = {
 class Malformed(system.SystemTest):
     def test_every_topic(self):
         domain, prefix = system.free_domain(), f"t{os.getpid()}"
-        running = self.start("laptop", domain=domain, prefix=prefix, **CALM)
+        running = self.start("laptop", domain=domain, prefix=prefix, **LONG_BUDGETS)
         self.assert_ok(running.robot("enable"))
         stood = running.joints()
         peer = pathlib.Path(system.executable()).parents[1] / "tests" / "raw_peer"
