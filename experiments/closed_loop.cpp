@@ -26,7 +26,7 @@ class Controller {
     return sensor() ? &plant.measuredTips() : nullptr;
   }
 
-  /// @return whether the arms shall move.
+  /// @return whether the arms move in this period.
   bool step(const SimulatedRobot& plant, const planning::Reference& reference) {
     const safety::RobotVector q = plant.position(), setpoint = plant.setpoint();
     if (sensor() && tooOld(plant, reference)) {

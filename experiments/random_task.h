@@ -21,7 +21,7 @@ struct RandomTask {
   std::vector<safety::RobotVector> witness;  ///< joints of all arms that do it, one vector a point; infeasible: none
 };
 
-/** Task number `index` of `seed`: the same whatever else is asked for.
+/** Task number `index` of `seed`: independent of all other tasks.
  *
  * Feasible: q(t), t in [0, 1], all arms at once, starts at random joints inside the limits,
  *

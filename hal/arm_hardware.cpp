@@ -358,7 +358,7 @@ ArmHardware::HomingAnswer ArmHardware::home(std::int64_t now) noexcept {
   return HomingAnswer::kRunning;
 }
 
-/// A single request confirms nothing: somebody has to insist. @param again  the last request was recent.
+/// Confirmation needs two requests: a single one confirms nothing. @param again  the last request was recent.
 void ArmHardware::confirmPositions(bool again, std::int64_t now) noexcept {
   confirming_ = again ? confirming_ : now;
   if (now - confirming_ < nanoseconds(kConfirmTime) || presentFaults() != 0 ||

@@ -157,7 +157,7 @@ struct AxisConfig {
   std::optional<EncoderConfig> encoder;
   std::optional<BrakeConfig> brake;
 
-  /// The position is known after a motion that somebody requests.
+  /// The position is known only after a homing motion, which a client requests.
   bool needsRun() const noexcept {
     return reference == PositionReference::kHoming || reference == PositionReference::kHardStop;
   }

@@ -28,7 +28,7 @@ Requester requesterOf(std::uint64_t client, std::uint64_t lease_owner) noexcept;
 /// CRTK topics carry no client: their writers may command while no client has the lease.
 Requester crtkRequester(std::uint64_t lease_owner) noexcept;
 
-using Reason = idl::RefusalReason;  ///< its name is a sentence for people, with the remedy
+using Reason = idl::RefusalReason;  ///< its name is a sentence with the remedy
 
 /** Refusal of an action with its reason. Converts to true; the default, false, is permission. */
 struct Refusal {

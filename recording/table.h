@@ -57,7 +57,6 @@ class Table {
   std::size_t rows() const { return log_times.size(); }
 
  private:
-  class Decoder;
   Column& column(const std::string& name, const Field& field, const std::string& comment);
 
   Definition definition_;

@@ -21,7 +21,7 @@ constexpr ProtectionMask bit(Protection protection) { return 1u << static_cast<u
 /// "command_deadline (1400:05), fault_reaction (605E)" or "none".
 std::string describeProtections(ProtectionMask protections);
 
-/** A protection that somebody has agreed to do without, at one axis. */
+/** Accepted loss: a protection that one axis lacks by agreement in the hardware file. */
 struct AcceptedLoss {
   Protection protection = Protection::kCommandDeadline;
   std::string reason;

@@ -62,7 +62,7 @@ struct GraspState {
   int squeezes = 0;         ///< independent ways in which joints can squeeze: rank of `consistency`
   Twists movable;           ///< directions in which the object can be moved, a readable basis, unit size
   Twists missing;           ///< what is missing to six, likewise
-  Twists unrestrained;      ///< motions of the object that no contact sees
+  Twists unrestrained;      ///< motions of the object that no contact constrains
   /// Size of the object's motions by admissible joint velocities of size one (m/s, rad/s): product and smallest of the
   /// singular values that are not zero, lengths in units of `length`.
   double manipulability = 0.0, least_gain = 0.0;

@@ -29,7 +29,7 @@ struct GraspEquilibrium {
 
   ContactSquare compliance;       ///< of the arms at the contacts, by contact components that keep their frames
   Matrix6 stiffness;              ///< wrench at the object's origin that holds it displaced by a twist: with load
-  Matrix6 displacement_by_load;   ///< its inverse: how the object gives way to a wrench; least where no contact sees it
+  Matrix6 displacement_by_load;   ///< its inverse, compliance of the object; least norm where no contact constrains it
   ObjectJacobian jacobian;        ///< of the pose by the joints, loads as they are: H where nothing is loaded
   ContactMatrix force_by_joints;  ///< of `force`, N per m or rad
   ObjectMatrix force_by_load;     ///< of `force`, by a wrench at the object's origin

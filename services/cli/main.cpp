@@ -58,7 +58,7 @@ std::string foundAndExpected(const std::string& text) {
                             "$1: found $2, expected a number from $3 to $4");
 }
 
-/// Prints the help that was asked for, or why the command line is wrong. @return exit code
+/// Prints the requested help, or the error of the command line. @return exit code
 int refuseLine(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
   using namespace tandem::cli;
   std::ostringstream out, err;

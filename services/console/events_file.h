@@ -21,7 +21,7 @@ namespace tandem::console {
 class EventsFile {
  public:
   /// Fills the history, with what the file has of this robot and deployment, in messages of the present version.
-  /// @param history  outlives this; nobody uses it yet
+  /// @param history  outlives this; not in use by other threads yet
   EventsFile(History& history,
              std::filesystem::path file,
              const config::Deployment& deployment,

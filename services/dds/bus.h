@@ -125,7 +125,7 @@ class Writer {
   /// Readers matched now.
   int matched() const { return statistics().matched; }
   WriterStatistics statistics() const { return base_ ? base_->statistics() : WriterStatistics{}; }
-  /// The last thing that went wrong, for people; empty if nothing did.
+  /// Description of the last error; empty: none.
   std::string lastProblem() const { return base_ ? base_->lastProblem() : std::string(); }
 
  private:
@@ -144,7 +144,7 @@ class Reader {
   /// Samples passed to the callback so far.
   std::uint64_t received() const { return statistics().received; }
   ReaderStatistics statistics() const { return base_ ? base_->statistics() : ReaderStatistics{}; }
-  /// The last thing that went wrong, for people; empty if nothing did.
+  /// Description of the last error; empty: none.
   std::string lastProblem() const { return base_ ? base_->lastProblem() : std::string(); }
 
  private:

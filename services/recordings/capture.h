@@ -24,7 +24,7 @@ class Capture {
   /// Samples received, and samples that DDS reports as lost.
   std::uint64_t received() const;
   std::uint64_t lost() const;
-  /// The last thing that went wrong, for people; empty if nothing did.
+  /// Description of the last error; empty: none.
   std::string lastProblem() const;
 
  private:

@@ -15,8 +15,8 @@
 
 namespace tandem::cli {
 
-/** A deployment file of its own for one robot file: simulator, control and planning in lock-step, under a prefix that
- * nobody else has, in a domain without a participant on this machine. Lies in a folder of its own, and goes with this.
+/** Temporary deployment of one robot file: simulator, control and planning in lock-step, with a unique prefix, in a
+ * domain without other participants on this machine. Its folder is removed with this object.
  */
 class TemporaryDeployment {
  public:
@@ -45,7 +45,7 @@ class PathRunner {
                           const std::function<void(double, double)>& progress);
 
  private:
-  /// One period of the run: what planning asked for, where the joints were, what control found.
+  /// One period of the run: reference of planning, measured joints, solution of control.
   struct Period {
     dds::PlanningReference reference;
     dds::ActuationState state;

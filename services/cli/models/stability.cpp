@@ -40,7 +40,7 @@ void checkStability(const StabilityCommand& o) {
   refuse(o.json && o.figure.wanted(), "--figure needs CSV output; remove --json");
 }
 
-/// The joint vector asked for: --joints or home, translations replaced by --beta.
+/// Joint vector of the options: --joints or home, with the translations of --beta.
 Eigen::VectorXd jointsOf(const StabilityCommand& options, const config::Arm& arm) {
   const int n = arm.model.tubeCount();
   Eigen::VectorXd q = options.joints.empty() ? arm.home : numbersOf("--joints", options.joints, 2 * n);
