@@ -25,10 +25,10 @@ class ObjectControl {
                                planning::TrackResult& result) noexcept = 0;
 
   /// Requests the data for the next cycle, at the end of every cycle. @param velocity  that has been sent
-  virtual void ask(std::int64_t now,
-                   const safety::RobotVector& setpoint,
-                   const safety::RobotVector& velocity,
-                   const planning::ReferenceTracker& tracker) noexcept = 0;
+  virtual void requestEquilibrium(std::int64_t now,
+                                  const safety::RobotVector& setpoint,
+                                  const safety::RobotVector& velocity,
+                                  const planning::ReferenceTracker& tracker) noexcept = 0;
 };
 
 }  // namespace tandem::operation

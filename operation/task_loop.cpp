@@ -86,7 +86,7 @@ safety::FaultRecord TaskLoop::judge() noexcept {
 
 void TaskLoop::prepareNext(std::int64_t now) noexcept {
   if (object_control_ != nullptr && drives_.received())
-    object_control_->ask(now, drives_.setpoints(), drives_.lastSent(), *tracker_);
+    object_control_->requestEquilibrium(now, drives_.setpoints(), drives_.lastSent(), *tracker_);
 }
 
 void TaskLoop::fill(msg::ActuationLimits& limits) const noexcept {

@@ -244,7 +244,7 @@ void Client::onReply(const dds::Reply& reply) {
 }
 
 template <class Request>
-dds::Reply Client::ask(const char* who, dds::Writer<Request>& writer, Request& request) {
+dds::Reply Client::call(const char* who, dds::Writer<Request>& writer, Request& request) {
   if (!commands())
     throw Failure(kFailure, std::string("role ") + dds::name(role_) +
                                 " may read topics and stop the robot, but not send requests to " + who +
@@ -293,14 +293,14 @@ dds::ControlRequest Client::answering(dds::ControlRequest request) const {
 
 dds::Reply Client::control(dds::ControlRequest request) {
   request = answering(std::move(request));
-  return ask("control", control_requests_, request);
+  return call("control", control_requests_, request);
 }
-dds::Reply Client::planning(dds::PlanningRequest request) { return ask("planning", planning_requests_, request); }
-dds::Reply Client::sim(dds::SimRequest request) { return ask("sim", sim_requests_, request); }
+dds::Reply Client::planning(dds::PlanningRequest request) { return call("planning", planning_requests_, request); }
+dds::Reply Client::sim(dds::SimRequest request) { return call("sim", sim_requests_, request); }
 
-dds::Reply Client::hal(dds::HalRequest request) { return ask("hal", hal_requests_, request); }
+dds::Reply Client::hal(dds::HalRequest request) { return call("hal", hal_requests_, request); }
 
-void Client::say(const std::string& reason) { stops_.write({id_, 1, reason}); }
+void Client::publishStop(const std::string& reason) { stops_.write({id_, 1, reason}); }
 
 void Client::stop(const std::string& reason) {
   const dds::Stop stop{id_, 1, reason + ", by " + runtime::describeThisProcess(bus_.options().name)};

@@ -105,7 +105,7 @@ class Client {
   /// are found; waits up to 5 s for both.
   void stop(const std::string& reason);
   /// The same to matched readers only, without waiting.
-  void say(const std::string& reason);
+  void publishStop(const std::string& reason);
 
   void acquireLease();
   void releaseLease();
@@ -126,7 +126,7 @@ class Client {
             const std::function<bool()>& interrupted) const;
   void throwIfInterrupted(const std::string& done) const;
   template <class Request>
-  dds::Reply ask(const char* who, dds::Writer<Request>& writer, Request& request);
+  dds::Reply call(const char* who, dds::Writer<Request>& writer, Request& request);
   bool findsDrives();
   void onReply(const dds::Reply& reply);
 

@@ -12,7 +12,7 @@ Clocks::Clocks(dds::Bus& bus, std::uint64_t client)
       requests_(bus.writer(dds::kClockRequest)),
       replies_(bus.reader(dds::kClockReply, [this](const dds::ClockReply& reply) { onReply(reply); })) {}
 
-void Clocks::ask() {
+void Clocks::requestTimes() {
   dds::ClockRequest request;
   request.client = client_;
   {
@@ -45,12 +45,12 @@ bool Clocks::received(const std::string& process) const {
 }
 
 bool Clocks::found(const std::string& process) {
-  constexpr auto kAskAgain = std::chrono::milliseconds(100);
+  constexpr auto kRequestAgain = std::chrono::milliseconds(100);
   if (received(process))
     return true;
-  if (const auto now = std::chrono::steady_clock::now(); now - asked_ > kAskAgain) {
-    asked_ = now;
-    ask();
+  if (const auto now = std::chrono::steady_clock::now(); now - requested_ > kRequestAgain) {
+    requested_ = now;
+    requestTimes();
   }
   return false;
 }

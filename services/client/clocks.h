@@ -30,7 +30,7 @@ class Clocks {
   Clocks(dds::Bus& bus, std::uint64_t client);
 
   /// Sends one request; replies are processed on DDS threads.
-  void ask();
+  void requestTimes();
   /// Whether a service has replied: then it has discovered all readers and writers that this client created before this
   /// object, and this client has discovered all of the service's.
   bool received(const std::string& process) const;
@@ -50,7 +50,7 @@ class Clocks {
   std::array<std::int64_t, 64> sent_{};                      ///< ns; index: request modulo size
   std::map<std::string, std::deque<ClockOffset>> received_;  ///< by host
   std::set<std::string> processes_;
-  std::chrono::steady_clock::time_point asked_{};
+  std::chrono::steady_clock::time_point requested_{};
   dds::Writer<dds::ClockRequest> requests_;
   dds::Reader replies_;
 };

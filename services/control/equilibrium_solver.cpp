@@ -15,7 +15,7 @@ void EquilibriumSolver::start() {
   outbox_.start();
 }
 
-void EquilibriumSolver::ask(const Request& request) noexcept {
+void EquilibriumSolver::submit(const Request& request) noexcept {
   if (started_)
     requests_.post(request);
   else

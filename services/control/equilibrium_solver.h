@@ -31,13 +31,13 @@ class EquilibriumSolver {
   /// @throw std::invalid_argument as robots::makeEquilibriumFollower() does.
   explicit EquilibriumSolver(const runtime::Setup& setup);
 
-  /// Before enterRealtime(): the thread inherits the scheduling of the caller. Without the thread ask() computes the
+  /// Before enterRealtime(): the thread inherits the scheduling of the caller. Without the thread submit() computes the
   /// equilibrium itself and allocates.
   void start();
   void stop() { outbox_.stop(); }
 
   /// Wait-free; from one thread.
-  void ask(const Request& request) noexcept;
+  void submit(const Request& request) noexcept;
   /// Wait-free; from one thread. @return whether there is a new equilibrium.
   bool take(Result& answer) noexcept { return results_.take(answer); }
 

@@ -33,7 +33,7 @@ class LockStep {
       const std::int64_t now = runtime::monotonicNow();
       const bool advance = service_.core.readyToAdvance();
       if (advance || publish_now || now - last_status_ > static_cast<std::int64_t>(1e9 * kIdle))
-        speak(now, advance);
+        publish(now, advance);
     });
     service_.clearance.stop();
   }
@@ -80,7 +80,7 @@ class LockStep {
     return true;
   }
 
-  void speak(std::int64_t now, bool advance) {
+  void publish(std::int64_t now, bool advance) {
     service_.core.cycle(now, advance, output_);
     // The status first: a receiver of the state that results from the command has then received the status.
     service_.statuses.write(output_.status);
@@ -93,7 +93,7 @@ class LockStep {
     if (!advance)
       last_status_ = now;
     if (now - last_crtk_ > static_cast<std::int64_t>(1e9 * service_.setup.deployment.status_period)) {
-      service_.fillMoment(now, state_, output_, snapshot_);
+      service_.fillSnapshot(now, state_, output_, snapshot_);
       service_.publish(snapshot_);
       service_.clearance.post(state_);
       last_crtk_ = now;
@@ -243,7 +243,7 @@ class RealTime {
       logCycle(tick);
     shell_.close(service_.core, service_.robot.armCount());
     if (shell_.isStatusCycle(tick)) {
-      service_.fillMoment(tick.now, states_.value(), output_, snapshot_);
+      service_.fillSnapshot(tick.now, states_.value(), output_, snapshot_);
       snapshots_.post(snapshot_);
       service_.clearance.post(states_.value());
     }

@@ -73,17 +73,17 @@ dds::HoldReason ObjectLoop::step(std::int64_t now,
   return dds::HoldReason::kNone;
 }
 
-void ObjectLoop::ask(std::int64_t now,
-                     const safety::RobotVector& setpoint,
-                     const safety::RobotVector& velocity,
-                     const planning::ReferenceTracker& tracker) noexcept {
+void ObjectLoop::requestEquilibrium(std::int64_t now,
+                                    const safety::RobotVector& setpoint,
+                                    const safety::RobotVector& velocity,
+                                    const planning::ReferenceTracker& tracker) noexcept {
   if (!equilibrium_solver_)
     return;
   request_.stamp = now;
   request_.joint_resets = joint_resets_;
   request_.joint_count = static_cast<int>(setpoint.size());
   Eigen::VectorXd::Map(request_.joints.data(), setpoint.size()) = tracker.moved(setpoint, 1.5 * period_ * velocity);
-  equilibrium_solver_->ask(request_);
+  equilibrium_solver_->submit(request_);
 }
 
 }  // namespace tandem::control_service

@@ -30,10 +30,10 @@ class ObjectLoop : public operation::ObjectControl {
                        const planning::Reference& tasks,
                        planning::ReferenceTracker& tracker,
                        planning::TrackResult& result) noexcept override;
-  void ask(std::int64_t now,
-           const safety::RobotVector& setpoint,
-           const safety::RobotVector& velocity,
-           const planning::ReferenceTracker& tracker) noexcept override;
+  void requestEquilibrium(std::int64_t now,
+                          const safety::RobotVector& setpoint,
+                          const safety::RobotVector& velocity,
+                          const planning::ReferenceTracker& tracker) noexcept override;
 
  private:
   void stepAtOnce(const safety::RobotVector& q,

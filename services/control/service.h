@@ -146,10 +146,10 @@ struct Service {
   }
 
   /// Fills the snapshot for the publisher thread. @param m  owned by the periodic thread
-  void fillMoment(std::int64_t now,
-                  const dds::ActuationState& state,
-                  const operation::CycleOutput& output,
-                  Snapshot& m) const noexcept {
+  void fillSnapshot(std::int64_t now,
+                    const dds::ActuationState& state,
+                    const operation::CycleOutput& output,
+                    Snapshot& m) const noexcept {
     m.state = state;
     m.status = output.status;
     m.permissions = output.permissions;

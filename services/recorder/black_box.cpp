@@ -61,14 +61,14 @@ void BlackBox::checkDirectory() {
 
 void BlackBox::take(const recording::SampleTag& tag, std::string_view bytes) {
   ring_.push(tag, bytes);
-  const auto words = trigger_.look(topics_[tag.topic].name, bytes);
-  if (!words)
+  const auto description = trigger_.eventOf(topics_[tag.topic].name, bytes);
+  if (!description)
     return;
   const std::lock_guard lock(mutex_);
   ++status_.faults;
-  status_.last_event = *words;
+  status_.last_event = *description;
   if (events_.size() < kMostEvents)
-    events_.push_back({tag.log_time, *words});
+    events_.push_back({tag.log_time, *description});
   changed_.notify_all();
 }
 
@@ -111,10 +111,11 @@ void BlackBox::writeFile(const std::vector<Event>& events) {
     std::filesystem::create_directories(directory_);
     prune();
     recordings::RunFile out(file, info_, deployment_.prefix, topics_);
-    std::map<std::string, std::string> values{
-        {"fault", events.front().words}, {"fault_time_ns", std::to_string(first)}, {"details", trigger_.details()}};
+    std::map<std::string, std::string> values{{"fault", events.front().description},
+                                              {"fault_time_ns", std::to_string(first)},
+                                              {"details", trigger_.details()}};
     for (std::size_t i = 1; i < events.size(); ++i)
-      values["event " + std::to_string(i)] = std::to_string(events[i].time) + ": " + events[i].words;
+      values["event " + std::to_string(i)] = std::to_string(events[i].time) + ": " + events[i].description;
     out.mcap().add({"fault", values});
     recording::SampleTag tag;
     std::string bytes;
@@ -131,10 +132,10 @@ void BlackBox::writeFile(const std::vector<Event>& events) {
            std::to_string(1e-9 * static_cast<double>(statistics.end - std::min(statistics.end, first)))},
           {"overwritten_while_writing", std::to_string(missed)}}});
     out.mcap().close();
-    spdlog::error("black box: {}: {} ({:.1f} s)", events.front().words, file.string(), statistics.duration());
+    spdlog::error("black box: {}: {} ({:.1f} s)", events.front().description, file.string(), statistics.duration());
   } catch (const std::exception& error) {
     problem = error.what();
-    spdlog::error("black box: {}: not saved: {}", events.front().words, problem);
+    spdlog::error("black box: {}: not saved: {}", events.front().description, problem);
   }
   const std::lock_guard lock(mutex_);
   status_.problem = problem;

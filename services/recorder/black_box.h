@@ -52,7 +52,7 @@ class BlackBox {
  private:
   struct Event {
     std::uint64_t time = 0;  ///< ns since the epoch
-    std::string words;
+    std::string description;
   };
 
   void run();

@@ -11,31 +11,31 @@
 namespace tandem::recorder {
 
 template <class M>
-std::optional<std::string> FaultTrigger::lookAt(const M& message, Side& side, const char* who) {
-  std::string words;
+std::optional<std::string> FaultTrigger::eventIn(const M& message, Side& side, const char* who) {
+  std::string description;
   const std::size_t arms = std::min<std::size_t>(message.arm_count, robot_.arms.size());
   for (std::size_t k = 0; k < arms; ++k) {
     const bool in_fault = message.operating_state[k] == static_cast<std::uint8_t>(safety::OperatingState::kFault);
     const safety::FaultMask fresh = message.faults[k] & ~side.faults[k];
     // Faults in the first sample are older than the recording.
     if (side.received && ((in_fault && !side.in_fault[k]) || fresh != 0))
-      words += (words.empty() ? "" : "; ") + robot_.arms[k].name + ": " + who +
-               " in FAULT: " + safety::describeFaults(message.faults[k]);
+      description += (description.empty() ? "" : "; ") + robot_.arms[k].name + ": " + who +
+                     " in FAULT: " + safety::describeFaults(message.faults[k]);
     side.in_fault[k] = in_fault;
     side.faults[k] = message.faults[k];
   }
   side.received = true;
-  return words.empty() ? std::nullopt : std::optional(words);
+  return description.empty() ? std::nullopt : std::optional(description);
 }
 
-std::optional<std::string> FaultTrigger::look(const std::string& topic, std::string_view bytes) {
+std::optional<std::string> FaultTrigger::eventOf(const std::string& topic, std::string_view bytes) {
   const std::lock_guard lock(mutex_);
   if (topic == dds::kActuationState.name) {
     if (const auto state = dds::decode<dds::ActuationState>(bytes))
-      return lookAt(*state, drives_, "drives");
+      return eventIn(*state, drives_, "drives");
   } else if (topic == dds::kControlStatus.name) {
     if (const auto status = dds::decode<dds::ControlStatus>(bytes))
-      return lookAt(*status, control_, "control");
+      return eventIn(*status, control_, "control");
   } else if (topic == dds::kHalStatus.name) {
     if (const auto status = dds::decode<dds::HalStatus>(bytes))
       status_ = *status;

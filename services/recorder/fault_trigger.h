@@ -24,7 +24,7 @@ class FaultTrigger {
   explicit FaultTrigger(const config::Robot& robot) : robot_(robot) {}
 
   /// @param topic  name below the prefix @return description of an event, if this sample is the first that shows it.
-  std::optional<std::string> look(const std::string& topic, std::string_view bytes);
+  std::optional<std::string> eventOf(const std::string& topic, std::string_view bytes);
 
   /// Causes of FAULT of all arms, from the last hal/status; empty if none is in FAULT.
   std::string details() const;
@@ -37,7 +37,7 @@ class FaultTrigger {
     std::array<safety::FaultMask, safety::kMaxArms> faults{};
   };
   template <class M>
-  std::optional<std::string> lookAt(const M& message, Side& side, const char* who);
+  std::optional<std::string> eventIn(const M& message, Side& side, const char* who);
 
   const config::Robot& robot_;
   mutable std::mutex mutex_;

@@ -104,7 +104,7 @@ bool Heartbeat::feed() {
   return rounds >= skipped;
 }
 
-std::string Heartbeat::words(bool alive) const {
+std::string Heartbeat::description(bool alive) const {
   if (!alive)
     return "the loop does not keep its period";
   const LoopStatistics& s = fed_.loop;
@@ -142,7 +142,7 @@ void Heartbeat::run() {
       send("WATCHDOG=1");
     if (ready_ && !stopping_ && look - reported >= kReportPeriod) {
       reported = look;
-      send("STATUS=" + words(alive));
+      send("STATUS=" + description(alive));
     }
   }
 }

@@ -51,7 +51,7 @@ class Heartbeat {
 
   void run();
   bool feed();
-  std::string words(bool alive) const;
+  std::string description(bool alive) const;
   void send(const std::string& state) const noexcept;
 
   const StopSignal& stop_;

@@ -97,8 +97,9 @@ std::string mismatch(const dds::Identity& ours, const dds::Identity& theirs) {
 std::vector<std::string> mismatches(const dds::Bus& bus) {
   std::vector<std::string> all;
   for (const dds::Identity& other : bus.others()) {
-    if (const std::string words = mismatch(bus.options().identity, other); !words.empty() && other.moves != 0)
-      all.push_back(words);
+    if (const std::string description = mismatch(bus.options().identity, other);
+        !description.empty() && other.moves != 0)
+      all.push_back(description);
   }
   return all;
 }
@@ -119,11 +120,11 @@ void MismatchHandler::meet(const dds::Mismatch& met) {
     return;
   if (met.client != 0 && isForOtherService(met))
     return;
-  const std::string words = describe(met);
-  spdlog::error("{}: ignored: {}", met.topic, words);
+  const std::string description = describe(met);
+  spdlog::error("{}: ignored: {}", met.topic, description);
   reported_ = met.fingerprint;
   if (met.request != 0)
-    answer_({met.client, met.request, 0, static_cast<std::uint16_t>(dds::ReplyCode::kMismatch), words, 0});
+    answer_({met.client, met.request, 0, static_cast<std::uint16_t>(dds::ReplyCode::kMismatch), description, 0});
 }
 
 bool MismatchHandler::isForOtherService(const dds::Mismatch& met) const {

@@ -84,7 +84,7 @@ std::string openAndCheck(const std::filesystem::path& file, const control::Check
 
 int child_answer = -1;
 
-void say(char verdict, const std::string& text) {
+void reply(char verdict, const std::string& text) {
   const std::string line = verdict + text;
   // A pipe accepts this size at once; otherwise the parent receives no result.
   [[maybe_unused]] const auto written = ::write(child_answer, line.data(), std::min<std::size_t>(line.size(), 4000));
@@ -101,16 +101,16 @@ void say(char verdict, const std::string& text) {
     what = std::string("an exception, '") + exception.what() + "'";
   } catch (...) {  // NOLINT(bugprone-empty-catch): not a std::exception, `what` is set above
   }
-  say(kBad, "found " + what + ", expected resolve() to throw nothing");
+  reply(kBad, "found " + what + ", expected resolve() to throw nothing");
   ::_exit(0);
 }
 
 [[noreturn]] void runChild(const std::filesystem::path& file, const control::CheckConditions& conditions) {
   std::set_terminate(sayException);
   try {
-    say(kGood, openAndCheck(file, conditions));
+    reply(kGood, openAndCheck(file, conditions));
   } catch (const std::exception& error) {
-    say(kBad, error.what());
+    reply(kBad, error.what());
   }
   ::_exit(0);  // no destructors: the parent runs them
 }

@@ -21,7 +21,7 @@ constexpr int kSoon = 30;  // days
 /** Collects findings; every check is one call. */
 class Report {
  public:
-  void say(Level level, const std::string& text) { findings_.push_back({level, text}); }
+  void add(Level level, const std::string& text) { findings_.push_back({level, text}); }
   /// Runs a check that throws on failure.
   template <class Check>
   bool check(Check check) {
@@ -29,7 +29,7 @@ class Report {
       check();
       return true;
     } catch (const std::exception& error) {
-      say(Level::kBad, error.what());
+      add(Level::kBad, error.what());
       return false;
     }
   }
@@ -56,23 +56,23 @@ void checkDates(Report& report,
                 Clock::time_point now,
                 const char* remedy) {
   if (now < from)
-    report.say(Level::kBad, fmt::format("{}: valid from {} on; the clock of this host shows {}: check it",
+    report.add(Level::kBad, fmt::format("{}: valid from {} on; the clock of this host shows {}: check it",
                                         file.string(), day(from), day(now)));
   else if (now >= until)
-    report.say(Level::kBad, fmt::format("{}: expired {}; {}", file.string(), day(until), remedy));
+    report.add(Level::kBad, fmt::format("{}: expired {}; {}", file.string(), day(until), remedy));
   else if (until - now < std::chrono::hours(24) * kSoon)
-    report.say(Level::kWarning, fmt::format("{}: expires {}; {}", file.string(), day(until), remedy));
+    report.add(Level::kWarning, fmt::format("{}: expires {}; {}", file.string(), day(until), remedy));
   else
-    report.say(Level::kGood, fmt::format("{}: valid until {}", file.string(), day(until)));
+    report.add(Level::kGood, fmt::format("{}: valid until {}", file.string(), day(until)));
 }
 
 /// Checks file modes: only the owner may read keys, and only the owner may replace the other files.
 void checkMode(Report& report, const fs::path& path, mode_t forbidden, const char* remedy) {
   struct stat status {};
   if (stat(path.c_str(), &status) != 0)
-    return report.say(Level::kBad, path.string() + ": found nothing");
+    return report.add(Level::kBad, path.string() + ": found nothing");
   if ((status.st_mode & forbidden) != 0)
-    report.say(Level::kBad, fmt::format("{}: found mode {:04o}, open to others; {} {}", path.string(),
+    report.add(Level::kBad, fmt::format("{}: found mode {:04o}, open to others; {} {}", path.string(),
                                         status.st_mode & 07777U, remedy, path.string()));
 }
 
@@ -173,7 +173,7 @@ void checkAuthority(Report& report,
           files.governance.string() +
           ": found the governance of another release; processes with different governance cannot connect: create "
           "an authority with `tandem security init` in a new folder and issue all credentials again");
-    report.say(Level::kGood,
+    report.add(Level::kGood,
                "governance and authority: " + fingerprint(folder).substr(0, 16) + ", must be the same on all machines");
   });
   report.check([&] {
@@ -226,7 +226,7 @@ std::vector<Finding> checkRole(const fs::path& folder, dds::Role role, const Ver
     report.check([&] {
       checkPermissions(files.permissions, verified(files.permissions, authority.get()), certificate.get(), role,
                        target);
-      report.say(Level::kGood, fmt::format("{}: {} at robot {}, domain {}", files.permissions.string(),
+      report.add(Level::kGood, fmt::format("{}: {} at robot {}, domain {}", files.permissions.string(),
                                            subjectOf(certificate.get()), target.prefix, target.domain));
     });
   });

@@ -64,7 +64,7 @@ class Commander {
   bool stream(double seconds, const Change& change = {}, const Condition& until = {});
   /// Waits without commands; as stream().
   bool silence(double seconds, const Condition& until = {});
-  void publishStop(const std::string& reason) { client_.say(reason); }
+  void publishStop(const std::string& reason) { client_.publishStop(reason); }
   /// Continues as a new session, as a restarted control would.
   void beginSession(std::uint64_t session);
   std::uint64_t session() const { return session_; }

@@ -120,20 +120,20 @@ Finding checkBus(const hal::BusConfig& bus) {
     return {subject, Level::kBad, "CAN interface " + name + " was not found",
             "ip link show type can; see docs/hardware.md"};
   Finding finding{subject, Level::kGood, fmt::format("{}: {}, {}", name, link->kind, link->up ? "up" : "down"), ""};
-  const auto say = [&](Level level, const std::string& advice) {
+  const auto advise = [&](Level level, const std::string& advice) {
     finding.level = std::max(finding.level, level);
     finding.advice += (finding.advice.empty() ? "" : "; ") + advice;
   };
   if (link->bit_rate)
     finding.found += fmt::format(", {} kbit/s", *link->bit_rate / 1000);
   if (!link->up)
-    say(Level::kBad, fmt::format("ip link set {} up", name));
+    advise(Level::kBad, fmt::format("ip link set {} up", name));
   if (link->bit_rate && *link->bit_rate != static_cast<std::uint32_t>(bus.bit_rate))
-    say(Level::kBad, fmt::format("set the bit rate to {:.0f} kbit/s, as in the hardware file", bus.bit_rate / 1e3));
+    advise(Level::kBad, fmt::format("set the bit rate to {:.0f} kbit/s, as in the hardware file", bus.bit_rate / 1e3));
   if (link->restart_ms.value_or(0) > 0)
-    say(Level::kWarning, "set restart-ms 0: the HAL does not notice an automatic restart after bus-off");
+    advise(Level::kWarning, "set restart-ms 0: the HAL does not notice an automatic restart after bus-off");
   if (link->kind == "can" && link->queue_length < 64)
-    say(Level::kWarning, fmt::format("ip link set {} txqueuelen 64", name));
+    advise(Level::kWarning, fmt::format("ip link set {} txqueuelen 64", name));
   return finding;
 }
 

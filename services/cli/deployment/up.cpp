@@ -80,7 +80,7 @@ void keepReason(const config::Deployment& deployment,
            });
   };
   for (int i = 0; i < kTries; ++i) {
-    client.say(reason);
+    client.publishStop(reason);
     if (!recorded || client.waitFor(kPeriod, kept))
       return;
   }

@@ -45,11 +45,11 @@ nlohmann::ordered_json clocksJson(const std::vector<client::ClockOffset>& offset
   return json;
 }
 
-void askAll(client::Client& client) {
+void requestAll(client::Client& client) {
   constexpr int kTimes = 8;
   constexpr double kPause = 0.03;  // s
   for (int i = 0; i < kTimes; ++i) {
-    client.clocks().ask();
+    client.clocks().requestTimes();
     client.waitFor(kPause, [](const client::Snapshot&) { return false; });
   }
 }

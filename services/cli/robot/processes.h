@@ -17,7 +17,7 @@ nlohmann::ordered_json diagnosticsJson(const client::Snapshot& snapshot);
 nlohmann::ordered_json clocksJson(const std::vector<client::ClockOffset>& offsets);
 
 /// Requests the clock of every host, several times.
-void askAll(client::Client& client);
+void requestAll(client::Client& client);
 
 /// Text output of `processes` and `clocks` of a status.
 void printProcesses(const nlohmann::ordered_json& status);

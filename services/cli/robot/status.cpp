@@ -255,7 +255,7 @@ int run(const std::string& name, double wait, bool as_json, bool follow) {
   });
   if (!follow) {
     if (several)
-      askAll(client);
+      requestAll(client);
     auto json = statusJson(deployment, robot, client.snapshot());
     tips.addTo(json);
     json["clocks"] = clocksJson(client.clocks().offsets());
@@ -279,7 +279,7 @@ int run(const std::string& name, double wait, bool as_json, bool follow) {
     client.waitFor(std::max(kLook, 2.0 * deployment.control_period),
                    [&](const client::Snapshot& s) { return silence.allNew(s); });
     if (several)
-      client.clocks().ask();
+      client.clocks().requestTimes();
     const client::Snapshot now = client.snapshot();
     silence.note(now);
     auto json = statusJson(deployment, robot, now);

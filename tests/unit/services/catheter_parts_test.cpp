@@ -96,7 +96,7 @@ TEST(ObjectLoop, HoldsWithoutAFreshEquilibrium) {
   EXPECT_EQ(step(), dds::HoldReason::kNoEquilibrium) << "none yet";
   EXPECT_EQ(result.status, planning::TrackStatus::kNoEquilibrium);
   EXPECT_TRUE(result.solution.velocity.isZero(0.0));
-  loop.ask(now, home, still, *tracker);
+  loop.requestEquilibrium(now, home, still, *tracker);
   EXPECT_EQ(step(), dds::HoldReason::kNone);
   EXPECT_EQ(result.status, planning::TrackStatus::kOk);
   EXPECT_NEAR(result.error[0], 1e-4, 1e-9);
@@ -105,11 +105,11 @@ TEST(ObjectLoop, HoldsWithoutAFreshEquilibrium) {
   EXPECT_EQ(step(), dds::HoldReason::kNone) << "an older one will do";
   now += 400'000'000;
   EXPECT_EQ(step(), dds::HoldReason::kNoEquilibrium) << "too old";
-  loop.ask(now, home, still, *tracker);
+  loop.requestEquilibrium(now, home, still, *tracker);
   EXPECT_EQ(step(), dds::HoldReason::kNone);
   loop.restart();
   EXPECT_EQ(step(), dds::HoldReason::kNoEquilibrium) << "of joints that have been put elsewhere";
-  loop.ask(now, home, still, *tracker);
+  loop.requestEquilibrium(now, home, still, *tracker);
   EXPECT_EQ(step(), dds::HoldReason::kNone);
 }
 
@@ -122,7 +122,7 @@ TEST(EquilibriumSolver, AnswersFromItsThread) {
   request.joint_count = 6;
   Eigen::Vector3d::Map(request.joints.data()) = setup.robot.arms[0].home;
   Eigen::Vector3d::Map(request.joints.data() + 3) = setup.robot.arms[1].home;
-  equilibrium_solver.ask(request);
+  equilibrium_solver.submit(request);
   equilibrium_solver.stop();  // after the requested computation
   control_service::EquilibriumSolver::Result answer;
   ASSERT_TRUE(equilibrium_solver.take(answer));

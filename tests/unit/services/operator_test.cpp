@@ -47,7 +47,7 @@ struct Operated : System {
     if (ticks % 200 == 0)
       sendRequest(ControlKind::kKeepLease, kOperator);
     tick();
-    control.fillSnapshots(now, snapshot, crtk_moment);
+    control.fillSnapshots(now, snapshot, crtk_snapshot);
   }
   void go(double seconds) {
     for (int i = 0; i < std::lround(1000 * seconds); ++i)
@@ -87,7 +87,7 @@ struct Operated : System {
 
   dds::TeleopInput input;
   operation::OperatorSnapshot snapshot;
-  operation::CrtkSnapshot crtk_moment;
+  operation::CrtkSnapshot crtk_snapshot;
   bool sending = true;
 };
 
@@ -347,7 +347,7 @@ TEST(Operator, BadInputsAreNamedAndNeverObeyed) {
     change(bad);
     const std::uint64_t before = s.snapshot.accepted;
     s.control.onInput(bad, s.now);
-    s.control.fillSnapshots(s.now, s.snapshot, s.crtk_moment);
+    s.control.fillSnapshots(s.now, s.snapshot, s.crtk_snapshot);
     EXPECT_EQ(s.snapshot.accepted, before);
     return s.snapshot.refusal;
   };
@@ -387,7 +387,7 @@ TEST(Operator, TheOperatorsCycleAllocatesNothing) {
     const std::size_t before = allocationCount();
     s.control.onInput(input, s.now);
     s.control.cycle(s.now, false, s.output);
-    s.control.fillSnapshots(s.now, s.snapshot, s.crtk_moment);
+    s.control.fillSnapshots(s.now, s.snapshot, s.crtk_snapshot);
     allocated += allocationCount() - before;
   }
   if (canCountAllocations()) {

@@ -61,7 +61,7 @@ class Trigger : public ::testing::Test {
     message.arm_count = 2;
     message.operating_state = {1, static_cast<std::uint8_t>(operating)};
     message.faults = {0, faults};
-    return trigger_.look("actuation/state", dds::encode(message));
+    return trigger_.eventOf("actuation/state", dds::encode(message));
   }
   config::Robot robot_ = config::loadRobot(std::string(TANDEM_PRESETS) + "/robots/ark2024.yaml");
   FaultTrigger trigger_{robot_};
@@ -80,9 +80,9 @@ TEST_F(Trigger, EveryNewFaultOnce) {
 }
 
 TEST_F(Trigger, StopsAndNothingElse) {
-  EXPECT_EQ(trigger_.look("stop", dds::encode(dds::Stop{1, 1, "smoke"})), "stop: smoke");
-  EXPECT_FALSE(trigger_.look("planning/request", dds::encode(dds::PlanningRequest{})));
-  EXPECT_FALSE(trigger_.look("actuation/state", "garbage"));
+  EXPECT_EQ(trigger_.eventOf("stop", dds::encode(dds::Stop{1, 1, "smoke"})), "stop: smoke");
+  EXPECT_FALSE(trigger_.eventOf("planning/request", dds::encode(dds::PlanningRequest{})));
+  EXPECT_FALSE(trigger_.eventOf("actuation/state", "garbage"));
 }
 
 }  // namespace
