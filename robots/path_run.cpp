@@ -48,7 +48,7 @@ std::string PathRun::start(const std::string& text, const Measured& now, std::ve
   path.length = follower_.mechanism().length();
   path.check();
   if (now.joints.size() == 0)
-    return "no valid actuation/state yet";
+    return "no valid actuation/state received yet; check that tandem-sim or tandem-hal is running";
   if (const std::string why = follower_.solveEquilibrium(now.joints); !why.empty())
     return "no equilibrium at the present joints: " + why;
   if (const std::string why = follower_.mechanism().infeasibility(); !why.empty())

@@ -25,7 +25,7 @@ std::string TrajectoryRun::start(const std::string& text,
   if (const std::string wrong = config::findArms(spec, robot_); !wrong.empty())
     throw std::invalid_argument("trajectory: " + wrong);
   if (!known(spec, now))
-    return "no valid actuation/state yet";
+    return "no valid actuation/state received yet; check that tandem-sim or tandem-hal is running";
   planning::Arms arms{models_, {}};
   for (const config::Arm& arm : robot_.arms)
     arms.limits.push_back(&arm.limits);

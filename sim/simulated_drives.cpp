@@ -73,9 +73,9 @@ std::string_view describe(ResetResult result) {
     case ResetResult::kEnabled:
       return "an arm is ENABLED or PAUSED; disable it first";
     case ResetResult::kWrongSize:
-      return "the robot has another number of joints";
+      return "found another number of joints than the robot has, expected one position for each joint";
     case ResetResult::kOutsideLimits:
-      return "the joints would be outside their limits";
+      return "found joints outside their limits, expected positions inside";
   }
   return "unknown";
 }

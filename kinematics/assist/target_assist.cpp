@@ -68,7 +68,7 @@ std::string_view describe(Status status) {
     case Status::kOk:
       return "ok";
     case Status::kNotFinite:
-      return "a joint is not a finite number";
+      return "a joint position is NaN or infinite";
     case Status::kDistalInside:
       return "the target's insertion is not above zero, or the assist arm's is below zero";
     case Status::kNotConverged:

@@ -66,9 +66,9 @@ std::string_view describe(GraspStatus status) {
     case GraspStatus::kArm:
       return "the model of an arm has no solution";
     case GraspStatus::kNotFinite:
-      return "a number of the grasp is not finite";
+      return "a joint, a pose or a force of the grasp is NaN or infinite";
     case GraspStatus::kNotHeld:
-      return "the contacts cannot hold the object: no forces carry its load with all contacts closed";
+      return "the contacts cannot carry the object: no forces balance its load with all contacts closed";
   }
   return "";
 }

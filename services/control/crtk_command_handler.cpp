@@ -46,7 +46,7 @@ std::string CrtkStream::judge(std::int64_t stamp, std::int64_t wall, std::int64_
   const double silence = 1e-9 * static_cast<double>(arrival - last_arrival_);
   const bool first = !known_ || silence > kForgotten;
   if (!first && stamp <= last_stamp_)
-    return "stamp: not later than that of the previous sample";
+    return "stamp: found one that is not later than that of the previous sample, expected increasing stamps";
   const double offset = 1e-9 * static_cast<double>(arrival - stamp);
   quickest_ = first ? offset : std::min(offset, quickest_ + kLeak * silence);
   known_ = true;
@@ -191,7 +191,7 @@ std::string CrtkCommandHandler::parse(const dds::JointState& message, operation:
   if (values.size() != names.size())
     return fmt::format("{}: found {} numbers, expected {}", member, values.size(), names.size());
   if (!allFinite(values))
-    return fmt::format("{}: a number is NaN or infinite", member);
+    return fmt::format("{}: found NaN or infinity, expected finite numbers", member);
   if (!message.name.empty() && message.name != names)
     return "name: expected the joints in their order, " + names.front() + " to " + names.back() + ", or nothing";
   request.count = static_cast<int>(values.size());
@@ -203,9 +203,9 @@ std::string CrtkCommandHandler::parse(const dds::PoseStamped& message, operation
   const auto& q = message.orientation;
   const double norm = std::sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
   if (!allFinite(message.position))
-    return "position: a number is NaN or infinite";
+    return "position: found NaN or infinity, expected finite numbers";
   if (!(std::abs(norm - 1.0) <= 1e-2))
-    return "orientation: expected a unit quaternion";
+    return fmt::format("orientation: found a quaternion of length {:.3g}, expected 1", norm);
   request.count = 3;
   std::copy(message.position.begin(), message.position.end(), request.values.begin());
   return badFrame(message.frame);
@@ -213,7 +213,7 @@ std::string CrtkCommandHandler::parse(const dds::PoseStamped& message, operation
 
 std::string CrtkCommandHandler::parse(const dds::TwistStamped& message, operation::CrtkRequest& request) const {
   if (!allFinite(message.linear) || !allFinite(message.angular))
-    return "twist: a number is NaN or infinite";
+    return "twist: found NaN or infinity, expected finite numbers";
   request.count = 3;
   std::copy(message.linear.begin(), message.linear.end(), request.values.begin());
   return badFrame(message.frame);

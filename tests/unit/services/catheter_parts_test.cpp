@@ -36,7 +36,8 @@ TEST(PathRun, FailsWithAReason) {
     EXPECT_EQ(run.progress().phase, planning::Phase::kFailed);
     EXPECT_NE(why.find(words), std::string::npos) << why;
   };
-  EXPECT_EQ(run.start(pathText("z"), {}, {}), "no valid actuation/state yet");
+  EXPECT_EQ(run.start(pathText("z"), {}, {}),
+            "no valid actuation/state received yet; check that tandem-sim or tandem-hal is running");
   begin();
   safety::RobotVector apart = home;
   apart[0] += 5e-4;
