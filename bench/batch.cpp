@@ -33,7 +33,7 @@ void answer(const kinematics::ArmModel& model,
   for (std::size_t row = begin; row < end; ++row) {
     const Eigen::Map<const Eigen::VectorXd> q(joints.data() + kJoints * row, kJoints);
     if (model.tip(q, tip) != kinematics::ModelStatus::kOk)
-      throw std::runtime_error("a model has no answer");
+      throw std::runtime_error("the model has no solution at the joints of row " + std::to_string(row));
     Eigen::Map<Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(out + kNumbers * row) = tip.pose.matrix();
   }
 }

@@ -45,7 +45,7 @@ Case tip(const std::string& model_name, const kinematics::ConcentricTubeArm& arm
       auto status = kinematics::ModelStatus::kOk;
       measure([&] { status = model->tip(q, *branch, answer); });
       if (status != kinematics::ModelStatus::kOk)
-        throw std::runtime_error("a model has no answer");
+        throw std::runtime_error("the model has no solution at joint vector " + std::to_string(k));
     };
   };
 }
@@ -65,7 +65,7 @@ Case loaded(const kinematics::ConcentricTubeArm& arm, bool overlap, bool warm) {
       if (status == kinematics::ModelStatus::kOk)
         measure([&] { status = model->loadedTip(q, wrench, branch, answer); });
       if (status != kinematics::ModelStatus::kOk)
-        throw std::runtime_error("a model has no answer");
+        throw std::runtime_error("the model has no solution at joint vector " + std::to_string(k));
     };
   };
 }
@@ -167,12 +167,12 @@ Case cycle(int arms,
     return [=](int k) {
       const safety::RobotVector q = loop->at(k);
       if (!loop->tracker->computeTips(q, loop->result))
-        throw std::runtime_error("a model has no answer");
+        throw std::runtime_error("the model has no solution at joint vector " + std::to_string(k));
       const planning::Reference reference = loop->reference(kinds);
       loop->tracker->restart();
       measure([&] { loop->tracker->step(q, q, reference, loop->result); });
       if (loop->result.status != planning::TrackStatus::kOk)
-        throw std::runtime_error("a step without a result");
+        throw std::runtime_error("the control step has no solution at joint vector " + std::to_string(k));
     };
   };
 }

@@ -80,7 +80,7 @@ class Side final : public fast::DataReaderListener {
     participant_ =
         fast::DomainParticipantFactory::get_instance()->create_participant(static_cast<std::uint32_t>(domain), qos);
     if (participant_ == nullptr)
-      throw std::runtime_error("ping-pong: no participant");
+      throw std::runtime_error("ping-pong: DDS cannot create a participant in domain " + std::to_string(domain));
     fast::DataWriterQos writer;
     writer.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
     writer.publish_mode().kind = fast::SYNCHRONOUS_PUBLISH_MODE;
@@ -169,7 +169,8 @@ std::vector<double> pingPong(int domain, std::size_t there, std::size_t back, in
   kill(child, SIGKILL);
   waitpid(child, nullptr, 0);
   if (static_cast<int>(times.size()) < trips)
-    throw std::runtime_error("ping-pong: no answer");
+    throw std::runtime_error("ping-pong: found " + std::to_string(times.size()) + " replies, expected " +
+                             std::to_string(trips));
   return times;
 }
 

@@ -118,7 +118,7 @@ class Robot {
     while (true) {
       const auto event = mailbox_.take(2.0);
       if (!event)
-        throw std::runtime_error("control does not answer");
+        throw std::runtime_error("no message from tandem-control for 2 s; its log above names the cause");
       if (const auto* status = std::get_if<dds::ControlStatus>(&*event)) {
         take(*status);
         continue;
@@ -170,7 +170,7 @@ class Robot {
         break;
       }
     }
-    throw std::runtime_error("control does not come up");
+    throw std::runtime_error("tandem-control did not become ready in time; its log above names the cause");
   }
 
   simulation::SimCore sim_;

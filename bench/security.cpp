@@ -29,13 +29,14 @@ class Folder {
   Folder() {
     std::string name = (std::filesystem::temp_directory_path() / "tandem-bench-XXXXXX").string();
     if (mkdtemp(name.data()) == nullptr)
-      throw std::runtime_error("no temporary folder");
+      throw std::runtime_error("no temporary folder can be made at " + name);
     path_ = name;
     const std::string tool = std::string(TANDEM_TOOL) + " security ", folder = (path_ / "credentials").string();
     const std::string issue = "issue " + folder + " control hal --prefix " + kPrefix + " --domain " +
                               std::to_string(kDomain) + " > /dev/null";
     if (std::system((tool + "init " + folder + " > /dev/null && " + tool + issue).c_str()) != 0)
-      throw std::runtime_error("tandem security does not make credentials");
+      throw std::runtime_error("`tandem security init` or `issue` failed in " + folder +
+                               "; its message above names the cause");
   }
   ~Folder() { std::filesystem::remove_all(path_); }
   Folder(const Folder&) = delete;
@@ -78,7 +79,7 @@ class Loop {
     for (int k = 0; k < 300 && !once(0.1); ++k) {
     }
     if (!once(1.0))
-      throw std::runtime_error("the ends do not meet");
+      throw std::runtime_error("the two participants did not discover each other within 31 s");
   }
 
   /// @return whether the answer came within `seconds`.

@@ -273,11 +273,13 @@ def read_record(path, preset):
     except OSError as error:
         raise Problem(f"{path}: {error.strerror}. {record_it}") from None
     except (ValueError, KeyError, TypeError):
-        raise Problem(f"{path}: not a record. {record_it}") from None
+        raise Problem(f"{path}: found no record of build times, expected JSON with yardsticks_per_thousand_lines "
+                      f"and preset. {record_it}") from None
     if not 0 < figure < float("inf"):
-        raise Problem(f"{path}: {figure} is no cost. {record_it}")
+        raise Problem(f"{path}: yardsticks_per_thousand_lines: found {figure}, expected a finite number above zero. {record_it}")
     if of != preset:
-        raise Problem(f"{path}: holds a value of preset {of}. Check that one: deploy/build-times.sh --check --preset {of}")
+        raise Problem(f"{path}: found a value of preset {of}, expected one of {preset}. "
+                      f"Check that preset: deploy/build-times.sh --check --preset {of}")
     return figure
 
 
