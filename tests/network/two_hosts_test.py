@@ -107,7 +107,7 @@ class TwoHosts(system.SystemTest):
         """Age of planning's last reference at each fault, s, by the clock of control."""
         return [float(age) for age in re.findall(r"arm_a: reference_timeout: (\S+) s", self.log.read_text())]
 
-    def test_a_link_that_is_cut_stops_the_arms_until_somebody_enables_them(self):
+    def test_a_cut_link_stops_the_arms_until_a_client_enables_them(self):
         # Each of the many clients has to discover every reader of every process; most are the recorder's.
         self.path = system.deployment(self.folder, PRESET, without=["recorder"], **CHANGES)
         self.start_both(processes=("sim", "control"))
@@ -142,7 +142,7 @@ class TwoHosts(system.SystemTest):
         short = self.trajectory("short", [0, 2, 0], points=2)
         self.assert_ok(self.console.robot("run", short))
 
-    def test_a_machine_that_is_none_of_the_hosts_is_told_so(self):
+    def test_a_machine_that_is_none_of_the_hosts_is_refused(self):
         answer = system.run("up", self.path)
         self.assertNotEqual(answer.returncode, 0)
         for words in ("robot 192.168.77.1, console 192.168.77.2", "127.0.0.1"):

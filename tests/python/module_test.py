@@ -186,7 +186,7 @@ class Loops(ModuleTest):
         np.testing.assert_allclose(tracked.measured_tips["arm_a"], ideal + [0, 0, 3e-3], atol=1e-9)
         self.assertEqual(tandem.Simulator(self.robot).measured_tips, {})
 
-    def test_run_follows_the_tracker_where_it_is_told_to(self):
+    def test_run_follows_the_tracker_with_feedback_sensor(self):
         circle, plant = tandem.Trajectory.load("circle"), {"tube_deviation": {"curvature": 0.2}, "tracker": {"rate_Hz": 10}}
 
         def worst(run):  # true error when the run leaves a point, m

@@ -43,7 +43,7 @@ class Commanders(system.SystemTest):
     def mismatches(self):
         return [process["mismatch"] for process in self.system.status()["processes"] if process["mismatch"]]
 
-    def test_whoever_knows_another_deployment_moves_nothing(self):
+    def test_a_client_with_another_deployment_moves_nothing(self):
         for words in (["enable"], ["home"], ["jog", "a", "beta_1", "1"], ["run", "rectangle"]):
             answer = system.run(*(words if words[0] == "jog" else ["robot", *words]), "--deployment", self.quicker())
             self.assert_refused(answer, "uses another robot or deployment", "control_period: 0.05 here, 0.1 there")
@@ -113,7 +113,7 @@ class Commanders(system.SystemTest):
     def key(self, name):
         return next(line.split(": ")[1] for line in self.system.path.read_text().splitlines() if line.startswith(f"{name}:"))
 
-    def test_every_command_finds_the_place_that_the_environment_names(self):
+    def test_every_command_uses_domain_and_prefix_of_the_environment(self):
         place = {"TANDEM_DEPLOYMENT": str(self.system.path)}
         self.assertIn(f"domain {self.key('domain')}, prefix {self.key('prefix')}",
                       self.assert_ok(system.run("status", environment=place)).stdout)
@@ -170,7 +170,7 @@ class LockStep(system.SystemTest):
         names = sorted(file.name for file in (self.folder / "a").iterdir())
         self.assertEqual(filecmp.cmpfiles(self.folder / "a", self.folder / "b", names, shallow=False), (names, [], []))
 
-    def test_who_is_silent_for_longer_than_the_bound_is_named(self):
+    def test_a_process_that_is_silent_beyond_its_bound_is_named(self):
         process = self.experiment(budgets="{lock_step_s: 6}")
         self.freeze_planning(process)
         _, errors = process.communicate(timeout=60)

@@ -19,7 +19,7 @@ class Can(HalTest):
         self.address = self.bus("a")
         self.drive_sim("a")
 
-    def test_scan_lists_who_is_there(self):
+    def test_scan_lists_the_nodes_of_the_bus(self):
         found = json.loads(self.assert_ok(system.run("can", "scan", "--bus", self.address, "--json")).stdout)
         self.assertEqual([node["node"] for node in found], [1, 2, 3, 4, 5, 6, 17, 18, 19, 20, 21, 22])
         self.assertEqual([node["profile"] for node in found], 6 * [402] + 6 * [406])

@@ -60,7 +60,7 @@ class OtherMaster(HalTest):
         self.assertIsNone(client.poll())
         self.assert_undisturbed()
 
-    def test_a_hal_that_hears_a_master_refuses_without_a_frame(self):
+    def test_a_hal_that_receives_frames_of_a_master_sends_none(self):
         master = Master(self.port("b"))
         master.start()
         answer = self.second_hal(self.deployment())

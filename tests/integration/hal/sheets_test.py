@@ -51,7 +51,7 @@ class Sheets(system.SystemTest):
                 self.assertFalse(found["command_deadline"])
                 self.assertEqual(protections.returncode, 0 if sheet.stem != "ipos-like" else 1)
 
-    def test_a_file_that_is_no_data_sheet_is_not_played(self):
+    def test_a_file_that_is_no_data_sheet_is_refused(self):
         broken = self.folder / "broken.eds"
         broken.write_text("no data sheet")
         answer = system.run("--bus", f"unix:{self.folder / 'bus'}", "--drive-eds", broken, program="tandem-drive-sim")

@@ -108,7 +108,7 @@ class Computations(system.SystemTest):
         self.assertIn("cancelled by its client", computation.lines[-1])
         self.plan("check", "circle")
 
-    def test_one_computation_at_a_time_and_nobody_holds_it_for_ever(self):
+    def test_one_computation_at_a_time_and_each_ends(self):
         first = self.endless()
         first.await_progress()
         self.assertIn("planning is busy with another computation", self.plan("check", "circle", code=1).stderr)
@@ -120,7 +120,7 @@ class Computations(system.SystemTest):
         answer = system.run("plan", "check", "circle", "--deployment", self.path, timeout=60)
         return answer if answer.returncode == 0 else None
 
-    def test_a_run_is_refused_before_it_starts_if_it_cannot_be_had(self):
+    def test_a_run_that_is_not_feasible_is_refused_before_it_starts(self):
         before = self.system.joints()
         far = self.trajectory("far", [0, 0, 200], points=8)
         self.assert_refused(self.system.robot("run", far, "--check"), "nothing was started", "point 8:", "limited by")

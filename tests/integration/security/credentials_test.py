@@ -58,7 +58,7 @@ class Credentials(system.SystemTest):
         readers = {role for role in ROLES if "rt/tandem/actuation/command" in self.allowed(role, "subscribe")}
         self.assertEqual(readers, {"hal", "recorder", "console"})
 
-    def test_good_ones_are_good(self):
+    def test_good_credentials_are_accepted(self):
         answer = self.assert_ok(self.verify())
         for role in ROLES:
             self.assertIn(f"CN={role},OU={role},O=tandem", answer.stdout)
@@ -77,7 +77,7 @@ class Credentials(system.SystemTest):
         damage(folder)
         return folder
 
-    def test_bad_ones_are_told_by_file_and_reason(self):
+    def test_bad_credentials_are_refused_with_file_and_reason(self):
         stranger = Authority(self.folder / "stranger")
         stranger.issue("control", "planning")
         self.authority.issue("control", to=self.folder / "expired", **{"from": day(40), "days": 30})
@@ -132,7 +132,7 @@ class Credentials(system.SystemTest):
         two = system.run("security", "verify", self.good, stranger.folder, "--role", "control")
         self.assertIn("another authority or governance", two.stdout)
 
-    def test_revoked_ones_are_told(self):
+    def test_revoked_credentials_are_refused(self):
         eve = self.authority.issue("console-operator", name="eve", to=self.folder / "eve")
         self.assert_ok(self.verify(folder=eve))
         self.assertIn("1 certificates", self.authority.run("revoke", self.good, "eve"))
@@ -143,7 +143,7 @@ class Credentials(system.SystemTest):
         self.assertIn("revoked", answer.stdout)
         self.assert_ok(self.verify())
 
-    def test_wrong_command_lines_are_told(self):
+    def test_wrong_command_lines_are_refused(self):
         for words, reason in [(("init", self.good), "found a certificate authority"),
                               (("issue", self.folder / "none"), "found no authority"),
                               (("issue", self.good, "king"), "role: found 'king'"),
@@ -156,7 +156,7 @@ class Credentials(system.SystemTest):
             self.assertEqual(answer.returncode, 2, words)
             self.assertIn(reason, answer.stderr)
 
-    def test_a_process_says_why_its_credentials_do_not_do(self):
+    def test_a_process_names_the_reason_to_refuse_its_credentials(self):
         (self.good / "control" / "key.pem").unlink()
         path = system.deployment(self.folder, "laptop", security=self.good, domain=0, prefix="tandem")
         answer = system.run("--deployment", path, program="tandem-control")

@@ -125,7 +125,7 @@ class Teleoperation(system.SystemTest):
         self.assertIn("another client has the control lease", reported[1])
         self.assert_refused(self.system.robot("run", self.long_line()), "lease")
 
-    def test_a_fault_is_told_and_stays(self):
+    def test_a_fault_is_reported_and_stays(self):
         self.begin()
         process = self.teleop(self.trace("long", (0.3, 0, (0, 0, 0)), (20.0, 1, (0, 1, 0))))
         self.until_moving(process)

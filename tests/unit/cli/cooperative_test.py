@@ -71,7 +71,7 @@ class CatheterKinematics(unittest.TestCase):
             wanted = tip(*self.ROWS[0], [-0.06338, 0.0, 0.0], tool=0.0)
             self.assertLess(math.dist(wanted, [float(points[-1][k]) for k in "xyz"]), 1e-6)
 
-    def test_what_cannot_be_answered_says_why(self):
+    def test_rows_without_a_solution_have_a_reason(self):
         answers, answer = fk([[0.5, 0.0, 0.0], [0.06, 0.0, 1.0]])
         self.assertEqual(answer.returncode, 1)
         self.assertIn("outside the limits of the robot file: insertion is 380 mm outside", answers[0]["status"])
@@ -169,7 +169,7 @@ class Demonstrations(unittest.TestCase):
         self.assertAlmostEqual(max(float(row["error"]) for row in along), found["max_error_m"], places=12)
         self.assertGreater((self.folder / "run.png").stat().st_size, 10000)
 
-    def test_a_request_outside_the_movable_directions_is_refused_in_words(self):
+    def test_a_request_outside_the_movable_directions_is_refused_with_the_reason(self):
         answer = system.run("cooperative", "co-manipulate", "--offline", "--contact", "rigid", "--shape", "circle",
                             "--along", "x,y")
         self.assertEqual(answer.returncode, 1)

@@ -70,7 +70,8 @@ KNOWS_TYPES = ["robots", "config", "tests"]
 NAMESPACES = {f"services/{name}": f"{name}_service" for name in ["control", "hal", "planning", "sim"]}
 
 # Words that docs/glossary.md replaces in every sense, comments included.
-REPLACED = re.compile(r"\b(?i:hears?|heard|hearing|deaf|told|desks?|settle[sd]?|placements?|wish(?:es|ed)?|patience|calm|askers?)\b"
+REPLACED = re.compile(r"(?<![^\W_])(?i:hears?|heard|hearing|deaf|told|desks?|settle[sd]?|placements?|wish(?:es|ed)?|patience"
+                      r"|calm|askers?)(?![^\W_])"
                       r"|(?<=[a-z])(?:Desk|Wish|Heard|Patience|LeaseHolder)(?![a-z])")
 # Names of members in recordings of before, and the check itself.
 HAVE_THEM = ["tests/unit/rules", "recording/conversion.cpp", "tests/unit/recording/conversion_test.cpp", "tests/archive/archive_test.py"]

@@ -77,6 +77,7 @@ CASES = [
     ("safety/a.cpp", SPDX + "// The drive is told.\n", "docs/glossary.md has the term"),
     ("safety/a.cpp", SPDX + "int noteWish = 0;\n", "docs/glossary.md has the term"),
     ("services/a.py", "# SPDX-License-Identifier: Apache-2.0\n# Who hears it\n", "docs/glossary.md has the term"),
+    ("tests/a.py", "# SPDX-License-Identifier: Apache-2.0\ndef test_a_fault_is_told_and_stays(): pass\n", "docs/glossary.md has the term"),
     ("tests/a.py", "# SPDX-License-Identifier: Apache-2.0\nCALM = 1\n", "docs/glossary.md has the term"),
     ("safety/a.cpp", SPDX + "int settling_time = 1;\n", None),
     ("safety/a.cpp", "int i;\n", "does not begin with SPDX"),
