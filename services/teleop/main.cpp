@@ -7,7 +7,8 @@
 #include <numbers>
 
 #include "config/arm_names.h"
-#include "config/tubes.h"
+#include "config/robot_files.h"
+#include "robots/capability.h"
 #include "safety/faults.h"
 #include "safety/operating_state.h"
 #include "services/client/arguments.h"
@@ -229,7 +230,9 @@ std::string drive(Session& session, teleop::Device& device, const Options& optio
 int run(const Options& options) {
   runtime::StopSignal stop;
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
-  const config::Robot robot = config::loadTubes(deployment, "teleoperation of tips is not available for other robots");
+  const config::Robot robot = config::loadAnyRobot(deployment.robot);
+  if (const std::string why = refusal(robot, robots::Capability::kTips); !why.empty())
+    throw Failure(client::kUsage, why);
   if (deployment.clock == config::ClockMode::kLockStep)
     throw Failure(client::kUsage,
                   deployment.file.string() + ": clock: found lock_step, expected real_time for teleoperation");

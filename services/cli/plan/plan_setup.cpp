@@ -6,7 +6,8 @@
 #include <cstdio>
 
 #include "config/arm_names.h"
-#include "config/tubes.h"
+#include "config/robot_files.h"
+#include "robots/capability.h"
 #include "robots/overlap.h"
 #include "services/cli/models/arm_options.h"
 #include "services/runtime/process.h"
@@ -18,6 +19,14 @@ std::optional<config::Deployment> deploymentOf(const PlanOptions& options) {
   if (options.deployment.empty())
     return std::nullopt;
   return runtime::loadDeployment(options.deployment);
+}
+
+/// @throw Failure(kUsage) for a robot that planning has no computations for.
+config::Robot robotOf(const std::filesystem::path& file) {
+  config::Robot robot = config::loadAnyRobot(file);
+  if (const std::string why = refusal(robot, robots::Capability::kComputation); !why.empty())
+    throw Failure(kUsage, why);
+  return robot;
 }
 
 /// The result. @throw Failure if it was cancelled or failed.
@@ -33,8 +42,7 @@ dds::ComputationResult answered(dds::ComputationResult result) {
 PlanSetup::PlanSetup(const PlanOptions& options)
     : options_(options),
       deployment_(deploymentOf(options)),
-      robot_(deployment_ ? config::loadTubes(*deployment_, "paths of other robots are checked when they start")
-                         : config::loadRobot(config::findFile(options.robot, "robot"))),
+      robot_(robotOf(deployment_ ? deployment_->robot : config::findFile(options.robot, config::robotKinds()))),
       model_name_(deployment_ ? deployment_->model : options.model),
       model_(robot_, model_name_) {}
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "config/tubes.h"
 #include "support.h"
 
 namespace tandem::config::test {
@@ -67,18 +66,6 @@ TEST(AnyRobot, RefusesRobotsThatServicesCannotControl) {
   EXPECT_NE(idle.find("arms[2].name: found 'arm_c', which takes no part"), std::string::npos) << idle;
   const std::string margin = refusal(replaced(good, "  period_ms: 10", "  period_ms: 10\n  least_distance_mm: 1"));
   EXPECT_NE(margin.find("control.least_distance_mm: found 1 mm, expected 0"), std::string::npos) << margin;
-}
-
-TEST(AnyRobot, LoadTubesRefusesOtherRobotsAndNamesTheDeployment) {
-  const Deployment tubes = loadDeployment(presets() / "deployments/laptop.yaml");
-  EXPECT_EQ(loadTubes(tubes, "why").name, "ark2024");
-  const Deployment catheters = loadDeployment(presets() / "deployments/ablation-pair.yaml");
-  const std::string refusal = refusalOf([&] { loadTubes(catheters, "this is why"); });
-  EXPECT_NE(
-      refusal.find("ablation-pair.yaml: robot: found the cooperative robot of ablation-pair.yaml, expected concentric "
-                   "tubes: this is why"),
-      std::string::npos)
-      << refusal;
 }
 
 TEST(AnyRobot, DeploymentsOfCathetersRefuseWhatOnlyTubesHave) {
