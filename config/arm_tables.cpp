@@ -37,7 +37,7 @@ std::vector<Field> motionLimits(bool angle) {
                "A_max: shapes the approach to a limit, does not bound the command's jumps",
                &JointLimit::approach_acceleration)
           .orUnlimited(),
-      positive("slew_limit", change, "largest change of the commanded velocity per second, held by the gate",
+      positive("slew_limit", change, "largest change of the commanded velocity per second, enforced by the gate",
                &JointLimit::slew_limit)
           .usually(angle ? 1e-3 : 1e-5, angle ? 1e4 : 50.0)
           .orUnlimited(),

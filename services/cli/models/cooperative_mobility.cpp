@@ -96,7 +96,7 @@ void printMobility(const Json& json) {
               json["least_gain"].get<double>());
   std::printf("  movable: %s\n  missing: %s\n", listed(json["movable"]).c_str(), listed(json["missing"]).c_str());
   if (!json["unrestrained"].empty())
-    std::printf("  held by no contact: %s\n", listed(json["unrestrained"]).c_str());
+    std::printf("  constrained by no contact: %s\n", listed(json["unrestrained"]).c_str());
   if (json["degenerate"] != "")
     std::printf("  degenerate: %s\n", json["degenerate"].get<std::string>().c_str());
   const auto range = [](const Json& list) {

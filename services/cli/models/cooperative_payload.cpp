@@ -134,7 +134,7 @@ void printPayload(const Json& json) {
   std::printf("joints at standstill, constant %s; permitted displacement of the object %g mm\n",
               json["actuation"].get<std::string>().c_str(), 1e3 * json["most_sag_m"].get<double>());
   for (const Json& carrier : json["carriers"]) {
-    std::printf("held by %s%s\n", carrier["name"].get<std::string>().c_str(),
+    std::printf("carried by %s%s\n", carrier["name"].get<std::string>().c_str(),
                 carrier["refused"] == "" ? "" : (": " + carrier["refused"].get<std::string>()).c_str());
     if (carrier["refused"] != "")
       continue;
