@@ -2,7 +2,11 @@
 #include "services/console/events_file.h"
 
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 #include <unistd.h>
+
+#include <condition_variable>
+#include <mutex>
 
 #include "config/arm_names.h"
 #include "recording/reader.h"
@@ -14,8 +18,21 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr auto kPeriod = std::chrono::seconds(2);  // between two looks for new events
-constexpr std::uint64_t kMemory = 64ull << 20;     // bytes of records in memory at a time
+constexpr auto kRetry = std::chrono::seconds(2);  // after a failure
+constexpr std::uint64_t kMemory = 64ull << 20;    // bytes of records in memory at a time
+
+/// 0: there is no such file.
+std::uint64_t inodeOf(const fs::path& file) {
+  struct stat found {};
+  return ::stat(file.c_str(), &found) == 0 ? found.st_ino : 0;
+}
+
+/// @return without delay when the end is requested
+void pause(const std::stop_token& end) {
+  std::mutex mutex;
+  std::unique_lock lock(mutex);
+  std::condition_variable_any().wait_for(lock, end, kRetry, [] { return false; });
+}
 
 }  // namespace
 
@@ -35,16 +52,7 @@ EventsFile::EventsFile(History& history,
     spdlog::warn("events of the last run are not shown: {}", unusable.what());
   }
   written_ = history_.taken();
-  thread_ = std::thread([this] { run(); });
-}
-
-EventsFile::~EventsFile() {
-  {
-    const std::lock_guard lock(mutex_);
-    ending_ = true;
-  }
-  changed_.notify_all();
-  thread_.join();
+  thread_ = std::jthread([this](const std::stop_token& end) { run(end); });
 }
 
 void EventsFile::read(const config::Deployment& deployment) {
@@ -71,42 +79,65 @@ void EventsFile::read(const config::Deployment& deployment) {
     spdlog::warn("events of the last run: {}; the events after it are not shown", damage);
 }
 
-void EventsFile::write() {
-  const std::uint64_t taken = history_.taken();
+bool EventsFile::write() {
+  std::uint64_t taken = written_;
+  const std::vector<HistoryEvent> events = history_.eventsAfter(taken);
   if (taken == written_)
-    return;
-  const fs::path next = file_.string() + "." + std::to_string(::getpid());
+    return true;
   try {
-    fs::create_directories(file_.parent_path());
-    recordings::RunFile out(next, info_, prefix_, topics_);
-    std::uint64_t sequence = 0;
-    for (const HistoryEvent& event : history_.events())
-      out.write({.topic = event.channel,
-                 .sequence = ++sequence,
-                 .log_time = event.sample.time,
-                 .publish_time = event.sample.time},
-                *event.sample.bytes);
-    out.mcap().close();
-    fs::rename(next, file_);
-    written_ = taken;
+    if (!out_ || inodeOf(file_) != inode_ || in_file_ + events.size() > 2 * History::kMost ||
+        out_->mcap().size() > 2 * History::kBytes)
+      replace();
+    else
+      append(events);
+    written_ = std::max(written_, taken);
     failed_ = false;
+    return true;
   } catch (const std::exception& error) {
     if (!std::exchange(failed_, true))
-      spdlog::error("the events cannot be written for the next start; the console tries again after the next event: {}",
-                    error.what());
-    std::error_code ignored;
-    fs::remove(next, ignored);
+      spdlog::error("the events cannot be written for the next start; the console tries again: {}", error.what());
+    out_.reset();
+    return false;
   }
 }
 
-void EventsFile::run() {
-  for (bool end = false; !end;) {
-    {
-      std::unique_lock lock(mutex_);
-      end = changed_.wait_for(lock, kPeriod, [this] { return ending_; });
-    }
-    write();
+void EventsFile::replace() {
+  const fs::path next = file_.string() + "." + std::to_string(::getpid());
+  try {
+    std::uint64_t taken = 0;
+    const std::vector<HistoryEvent> events = history_.eventsAfter(taken);
+    fs::create_directories(file_.parent_path());
+    out_.emplace(next, info_, prefix_, topics_);
+    in_file_ = 0;
+    append(events);
+    inode_ = inodeOf(next);
+    fs::rename(next, file_);
+    written_ = taken;
+  } catch (...) {
+    std::error_code ignored;
+    fs::remove(next, ignored);
+    throw;
   }
+}
+
+void EventsFile::append(const std::vector<HistoryEvent>& events) {
+  for (const HistoryEvent& event : events)
+    out_->write({.topic = event.channel,
+                 .sequence = ++in_file_,
+                 .log_time = event.sample.time,
+                 .publish_time = event.sample.time},
+                *event.sample.bytes);
+  out_->mcap().flush();
+}
+
+void EventsFile::run(const std::stop_token& end) {
+  while (!end.stop_requested()) {
+    history_.wait(end, written_);
+    if (!write())
+      pause(end);
+  }
+  write();  // the last ones
+  out_.reset();
 }
 
 }  // namespace tandem::console

@@ -2,9 +2,9 @@
 /** @file The history of events in a file, so that it outlives the server. */
 #pragma once
 
-#include <condition_variable>
 #include <filesystem>
-#include <mutex>
+#include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -14,10 +14,12 @@
 
 namespace tandem::console {
 
-/** Reads a history at the start and writes it when it has changed, on a thread of its own.
+/** Reads a history at the start, and writes each new event at once, on a thread of its own.
  *
- * The file is an MCAP file of the size of the history, which is replaced as a whole: a server that is killed leaves the
- * one before. A file that cannot be read, or written, is a line of the log and nothing more. */
+ * The file is an MCAP file. The first new event replaces it as a whole, by one with the whole history; further events
+ * are appended and flushed, and it is replaced again when it has become larger than the history, or another server of
+ * the same robot has replaced it. A server that is killed leaves all events that its thread has written. A file that
+ * cannot be read, or written, is a line of the log and nothing more. */
 class EventsFile {
  public:
   /// Fills the history, with what the file has of this robot and deployment, in messages of the present version.
@@ -26,27 +28,26 @@ class EventsFile {
              std::filesystem::path file,
              const config::Deployment& deployment,
              const config::Robot& robot);
-  /// Writes what is new.
-  ~EventsFile();
-  EventsFile(const EventsFile&) = delete;
-  EventsFile& operator=(const EventsFile&) = delete;
 
  private:
   void read(const config::Deployment& deployment);
-  void write();
-  void run();
+  /// @return false: it cannot be written now.
+  bool write();
+  void replace();
+  void append(const std::vector<HistoryEvent>& events);
+  void run(const std::stop_token& end);
 
   History& history_;
   const std::filesystem::path file_;
   const std::string prefix_;
   const std::vector<dds::TopicInfo> topics_;
   recordings::RunInfo info_;
-  std::uint64_t written_ = 0;  ///< events of the history that the file has, or had
-  bool failed_ = false;        ///< said already
-  std::mutex mutex_;
-  std::condition_variable changed_;
-  bool ending_ = false;
-  std::thread thread_;
+  std::optional<recordings::RunFile> out_;  ///< the file, once it has been replaced
+  std::uint64_t inode_ = 0;                 ///< of `out_`
+  std::uint64_t in_file_ = 0;               ///< events in `out_`
+  std::uint64_t written_ = 0;               ///< events of the history that the file has, or had
+  bool failed_ = false;                     ///< said already
+  std::jthread thread_;                     ///< its end writes what is new
 };
 
 }  // namespace tandem::console

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <set>
+#include <utility>
 
 #include "services/console/replay.h"
 #include "services/dds/raw.h"
@@ -67,11 +68,23 @@ void History::take(std::uint32_t channel,
   kept_.push_back({channel, sample});
   for (bytes_ += sample.bytes->size(); kept_.size() > kMost || bytes_ > kBytes; kept_.pop_front())
     bytes_ -= kept_.front().sample.bytes->size();
+  changed_.notify_all();
 }
 
 std::vector<HistoryEvent> History::events() const {
+  std::uint64_t none = 0;
+  return eventsAfter(none);
+}
+
+std::vector<HistoryEvent> History::eventsAfter(std::uint64_t& known) const {
   const std::lock_guard lock(mutex_);
-  return {kept_.begin(), kept_.end()};
+  const std::uint64_t more = std::min<std::uint64_t>(kept_.size(), taken_ - std::exchange(known, taken_));
+  return {kept_.end() - static_cast<std::ptrdiff_t>(more), kept_.end()};
+}
+
+void History::wait(const std::stop_token& end, std::uint64_t known) const {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, end, [&] { return taken_ != known; });
 }
 
 std::uint64_t History::taken() const {

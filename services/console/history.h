@@ -2,10 +2,12 @@
 /** @file History of events: the last samples that report one, for pages that connect later. No sockets here. */
 #pragma once
 
+#include <condition_variable>
 #include <cstddef>
 #include <deque>
 #include <map>
 #include <mutex>
+#include <stop_token>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,10 +40,14 @@ class History {
             const HubSample& sample,
             const SampleFeatures& features);
 
-  /// In the order of their reception.
+  /// In the order of their reception, those that are still kept.
   std::vector<HistoryEvent> events() const;
+  /// As events(), without the first `known` ones. @param known  becomes taken()
+  std::vector<HistoryEvent> eventsAfter(std::uint64_t& known) const;
   /// Number of samples kept so far, also of those that have made room for others.
   std::uint64_t taken() const;
+  /// Returns when taken() is another number than `known`, or the end is requested.
+  void wait(const std::stop_token& end, std::uint64_t known) const;
   /// All kept samples in the order of their reception, packed as those of a recording (replay.h). @param now  ns
   std::string packed(std::uint64_t now) const;
 
@@ -54,6 +60,7 @@ class History {
   bool isKept(std::uint32_t channel, std::string_view bytes) const;
 
   mutable std::mutex mutex_;
+  mutable std::condition_variable_any changed_;
   std::deque<HistoryEvent> kept_;
   std::size_t bytes_ = 0;
   std::uint64_t taken_ = 0;

@@ -35,16 +35,7 @@ BlackBox::BlackBox(const config::Deployment& deployment, const config::Robot& ro
       ring_(static_cast<std::size_t>(deployment.black_box.memory) * kMegabyte),
       trigger_(robot) {
   checkDirectory();
-  thread_ = std::thread([this] { run(); });
-}
-
-BlackBox::~BlackBox() {
-  {
-    const std::lock_guard lock(mutex_);
-    ending_ = true;
-  }
-  changed_.notify_all();
-  thread_.join();
+  thread_ = std::jthread([this](const std::stop_token& end) { run(end); });
 }
 
 /// Reports an unwritable folder at the start, before the first fault.
@@ -84,15 +75,11 @@ BlackBox::Status BlackBox::status() const {
   return status;
 }
 
-void BlackBox::run() {
+void BlackBox::run(const std::stop_token& end) {
   std::unique_lock lock(mutex_);
-  while (true) {
-    changed_.wait(lock, [this] { return ending_ || !events_.empty(); });
-    if (events_.empty())
-      return;
+  while (changed_.wait(lock, end, [this] { return !events_.empty(); })) {
     // Events within this time belong to the same fault.
-    const auto enough = std::chrono::steady_clock::now() + std::chrono::duration<double>(deployment_.black_box.after);
-    changed_.wait_until(lock, enough, [this] { return ending_; });
+    changed_.wait_for(lock, end, std::chrono::duration<double>(deployment_.black_box.after), [] { return false; });
     const std::vector<Event> events = std::exchange(events_, {});
     lock.unlock();
     writeFile(events);

@@ -38,10 +38,6 @@ class BlackBox {
 
   /// @param robot  must outlive this object, as must the deployment
   BlackBox(const config::Deployment& deployment, const config::Robot& robot, std::vector<dds::TopicInfo> topics);
-  /// Writes pending events at once, without waiting for further samples.
-  ~BlackBox();
-  BlackBox(const BlackBox&) = delete;
-  BlackBox& operator=(const BlackBox&) = delete;
 
   /// Stores a sample; tag.topic is an index into topics(). Any thread.
   void take(const recording::SampleTag& tag, std::string_view bytes);
@@ -55,7 +51,7 @@ class BlackBox {
     std::string description;
   };
 
-  void run();
+  void run(const std::stop_token& end);
   void checkDirectory();
   void writeFile(const std::vector<Event>& events);
   void prune() const;
@@ -67,11 +63,10 @@ class BlackBox {
   recording::SampleRing ring_;
   FaultTrigger trigger_;
   mutable std::mutex mutex_;
-  std::condition_variable changed_;
-  bool ending_ = false;
+  std::condition_variable_any changed_;
   std::vector<Event> events_;
   Status status_;
-  std::thread thread_;
+  std::jthread thread_;  ///< at its end it writes pending events at once, without waiting for further samples
 };
 
 }  // namespace tandem::recorder

@@ -12,7 +12,7 @@ import subprocess
 import threading
 import time
 
-from console import HERE, ConsoleTest
+from console import CALM, HERE, ConsoleTest
 import system
 import wire
 
@@ -164,6 +164,48 @@ class Openings(ConsoleTest):
             found.append(self.megabytes(pid))
         print("MB after each opening:", *(f"{size:.0f}" for size in found), flush=True)
         self.assertLess(max(found), found[0] + 40)
+
+
+class Killed(ConsoleTest):
+    """A server that is killed leaves the events that its clients have received."""
+
+    def serve(self, path):
+        """Runs until it is killed."""
+        console = subprocess.Popen([system.executable("tandem-console"), "--deployment", str(path), "--log", "warn"])
+        self.addCleanup(console.wait)
+        self.addCleanup(console.kill)
+        system.until(self.healthy, 60, "the console serves")
+        return console
+
+    def events(self):
+        status, _, body = wire.get(self.port, "/api/events")
+        self.assertEqual(status, 200)
+        return body
+
+    def file_state(self):
+        return [(file.stat().st_mtime_ns, file.stat().st_size) for file in (self.folder / "black-box" / "events").glob("*")]
+
+    def test_events_survive(self):
+        self.port = system.free_port()
+        robot = self.start("laptop", without=("console",), console=f"{{port: {self.port}}}", **CALM)
+        known = []
+        for _ in range(5):
+            console = self.serve(robot.path)
+            before = self.file_state()
+            stop = system.client(robot.path, "stop")
+            self.addCleanup(system.reap, stop)
+            words = f"(pid {stop.pid} on".encode()
+            system.until(lambda: words in self.events(), 60, "the stop is an event")  # pylint: disable=cell-var-from-loop
+            # Its thread has written it long before, unless the machine is busy.
+            deadline = time.monotonic() + 0.5
+            while self.file_state() == before and time.monotonic() < deadline:
+                pass
+            console.kill()
+            console.wait()
+            known.append(words)
+        self.serve(robot.path)
+        found = self.events()
+        self.assertEqual([words for words in known if words not in found], [], "lost")
 
 
 class Hostile(ConsoleTest):

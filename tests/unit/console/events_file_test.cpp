@@ -120,6 +120,20 @@ TEST_F(EventsOverRestarts, AreNotTakenOnceMoreWhenTheirWriterSendsThemToTheNewRe
   EXPECT_EQ(serve([&](History& history) { take(history, "planning/summary", summary); }), before);
 }
 
+TEST_F(EventsOverRestarts, OfTwoServersThoseOfTheOneThatRunsOnAreWhole) {
+  for (int run = 0; run < 20; ++run) {
+    const std::string expected = serve([&](History& history) {
+      takeSome(history, 1 + static_cast<int>(random_() % 20));
+      serve([&](History& other) {
+        takeSome(other, 1 + static_cast<int>(random_() % 20));
+        takeSome(history, static_cast<int>(random_() % 20));
+      });
+      takeSome(history, 1 + static_cast<int>(random_() % 20));
+    });
+    EXPECT_EQ(served(), expected);
+  }
+}
+
 TEST_F(EventsOverRestarts, ADamagedFileLosesEventsAndNothingElse) {
   const std::string whole = serve([&](History& history) { takeSome(history, 200); });
   const std::string bytes = contents();
