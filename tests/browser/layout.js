@@ -43,7 +43,35 @@ const unreached = (ids) =>
     return hidden === undefined ? [] : [`${id} is under ${hidden?.outerHTML.slice(0, 80)}`];
   });
 
-module.exports = ({ robot, me, setting, takeControl, enable, run, open }) => {
+/** Texts of the parts that are always visible of which a part is cut off. Runs in the page. */
+const clipped = () => {
+  const parts = [".top", ".top *", "#stopping .note", ".run > output"].flatMap((of) => [
+    ...document.querySelectorAll(of),
+  ]);
+  const top = document.querySelector(".top").getBoundingClientRect();
+  return parts
+    .filter((part) => part.getClientRects().length > 0)
+    .filter((part) => {
+      const box = part.getBoundingClientRect();
+      const outside = (a, b) => a < b - 0.5;
+      return (
+        part.scrollWidth > part.clientWidth + 1 + (part.clientWidth === 0 ? part.scrollWidth : 0) ||
+        part.scrollHeight > part.clientHeight + 1 + (part.clientHeight === 0 ? part.scrollHeight : 0) ||
+        (part.closest(".top") &&
+          (outside(box.top, top.top) || outside(top.bottom, box.bottom) || outside(box.left, 0))) ||
+        outside(innerWidth, box.right)
+      );
+    })
+    .map((part) => `${part.tagName} ${part.id || part.className}: ${part.textContent}`);
+};
+/** Whether both tips are in the scene as it is seen. Runs in the page. */
+const tipsSeen = () => {
+  const view = document.querySelector("#view");
+  const tips = view.dataset.tips.split(" ").map((tip) => tip.split(",").map(Number));
+  return tips.length === 2 && tips.every(([x, y]) => x > 0 && y > 0 && x < view.clientWidth && y < view.clientHeight);
+};
+
+module.exports = ({ robot, me, server, setting, takeControl, enable, run, open }) => {
   const page = () => me().page;
   async function reached(where, width, height, zoom) {
     await me().resize(width, height, zoom);
@@ -52,6 +80,9 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, open }) => {
       const wrong = await page().evaluate(unreached, kControls);
       assert.deepStrictEqual(wrong, [], `${where}, ${width} x ${height} at ${100 * zoom} %, scrolled: ${bottom}`);
     }
+    const cut = await page().evaluate(clipped);
+    assert.deepStrictEqual(cut, [], `cut off: ${where}, ${width} x ${height} at ${100 * zoom} %`);
+    await page().waitForFunction(tipsSeen);
   }
   /** Of the window as resize() made it. */
   async function picture(name) {
@@ -70,15 +101,31 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, open }) => {
       () => page().click("#trajectory-yaml > summary"),
       () => page().click("#trajectory-yaml > summary"),
     ],
-    "the curtain": [
+    "the curtain, and a stop that is not confirmed": [
       async () => {
         process.kill(setting.pids.control, "SIGSTOP");
         await me().state("#link", "stale");
         await page().waitForSelector("#curtain:not([hidden])");
+        await page().keyboard.press("Escape");
+        await me().text("#stop-note", /NOT CONFIRMED/);
       },
       async () => {
         process.kill(setting.pids.control, "SIGCONT");
         await me().state("#link", "live");
+        await enable();
+      },
+    ],
+    "a stop that cannot be sent": [
+      async () => {
+        await server.kill();
+        await me().state("#link", "lost");
+        await page().keyboard.press("Escape");
+        await me().text("#stop-note", /NOT SENT/);
+      },
+      async () => {
+        await server.start();
+        await me().state("#link", "live");
+        await enable();
       },
     ],
     "a notice of a fault": [

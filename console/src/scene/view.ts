@@ -39,6 +39,8 @@ export class View {
   private readonly renderer: THREE.WebGLRenderer;
   private readonly resized = new ResizeObserver(() => this.resize());
   private dirty = true;
+  /** What the camera was set to; null: the operator has moved it since. */
+  private looked: Preset | null = "home";
   private next = 0;
   private fence: WebGLSync | null = null;
   /** Vectors in the robot's base frame: direction into the body, and centre of the arms' bases. */
@@ -69,6 +71,7 @@ export class View {
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = false; // damping would keep drawing, and move the view under the operator's pointer
     this.controls.addEventListener("change", () => this.touch());
+    this.controls.addEventListener("start", () => (this.looked = null));
     this.arms = robot.arms.map((arm) => new ArmView(arm, shortName(arm.name)));
     this.guides = new Guides(robot.arms.length);
     this.preview = new PreviewView(robot.arms);
@@ -87,7 +90,6 @@ export class View {
     this.into.normalize();
     this.reach = Math.max(0.1, ...robot.arms.map((arm) => Math.max(...arm.tubes.map((tube) => tube.length))));
     this.furnish(robot);
-    this.look("home");
     this.resized.observe(place);
     this.resize();
   }
@@ -144,13 +146,14 @@ export class View {
   }
 
   look(preset: Preset): void {
+    this.looked = preset;
     const tips = this.focus();
     const centre = this.middle.clone().lerp(tips, 0.5);
     const side = new THREE.Vector3().crossVectors(this.up, this.into).normalize();
     const extent = Math.max(0.08, tips.distanceTo(this.middle));
     // The longest extent is horizontal; bases with a large distance are one above the other.
     const slope = Math.tan((0.5 * this.camera.fov * Math.PI) / 180);
-    const far = 1.3 * Math.max((0.5 * extent) / (slope * Math.max(1, this.camera.aspect)), this.spread / slope);
+    const far = 1.3 * Math.max((0.5 * extent) / (slope * this.camera.aspect), this.spread / slope);
     const from = (direction: THREE.Vector3, distance: number, target: THREE.Vector3): void => {
       this.controls.target.copy(target);
       this.camera.position.copy(target).addScaledVector(direction.normalize(), distance);
@@ -230,6 +233,7 @@ export class View {
     this.renderer.setSize(width, height);
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+    if (this.looked) this.look(this.looked); // a tablet that is turned shows the arms whole
     this.touch();
   }
 
