@@ -70,7 +70,7 @@ export class App {
     );
     const orders = new Orders((level, text) => messages.add(level, text));
     const notices = new Notices();
-    this.c = { robot, world, replayed: "", foreign: false, link, commander, pilot, messages, notices, orders };
+    this.c = { robot, world, replayed: "", link, commander, pilot, messages, notices, orders };
     const ask = async (): Promise<ArrayBuffer> => {
       await server.known;
       return fetchBytes("/api/events", "");

@@ -60,7 +60,7 @@ export class Display {
     const operate = new Operate(c);
     const run = new Run(c, this.view);
     const method = new MethodPanel(c);
-    const hands = c.robot.capabilities.tips && !c.foreign ? [new Hands(c)] : [];
+    const hands = c.robot.capabilities.tips ? [new Hands(c)] : [];
     const header = new Header(c);
     const span = new Span(c, this.view);
     this.hud.figures.append(span.element);

@@ -144,8 +144,7 @@ class Console {
     if (path == "/shape")
       return shapes_.at(console::parameterOf(query, "joints"));
     if (path == "/span")
-      return shapes_.span({console::parameterOf(query, "joints"), console::parameterOf(query, "joint"),
-                           console::parameterOf(query, "lower"), console::parameterOf(query, "upper")});
+      return shapes_.span(console::Shapes::spanIn(query));
     if (path.starts_with("/recordings"))
       return answerReplay(path, std::string(query));
     if (path.starts_with("/recording"))
@@ -170,6 +169,8 @@ class Console {
       return console::Server::ApiAnswer([this, text, query] { return text(replay_.describe(query)); }, kJson);
     if (path == "/recordings/samples")
       return console::Server::ApiAnswer([this, query] { return replay_.samples(query); }, "application/octet-stream");
+    if (path == "/recordings/span")
+      return console::Server::ApiAnswer([this, query] { return replay_.span(query); }, kJson);
     return std::nullopt;
   }
 

@@ -147,7 +147,7 @@ Replay::Opened& Replay::open(std::string_view query, bool as_it_is_now) {
     return opened_;
   opened_ = {};
   try {
-    Opened opened{path, changed, size, nullptr, nullptr, nullptr, {}, {}};
+    Opened opened{path, changed, size, nullptr, nullptr, nullptr, nullptr, {}, {}};
     opened.reader = std::make_unique<recording::Reader>(
         path, size > kUnindexed ? recording::Reader::Open::kIndexed : recording::Reader::Open::kFast, kMemory);
     try {
@@ -241,6 +241,14 @@ std::string Replay::samples(std::string_view query) {
     fail(unusable.what());
   }
   return beginSamples(reached) + answer;
+}
+
+std::string Replay::span(std::string_view query) {
+  Opened& file = open(query, false);
+  if (!file.shapes)
+    file.shapes = file.other ? std::make_unique<Shapes>(file.other->robot, file.other->deployment.model)
+                             : std::make_unique<Shapes>(robot_, deployment_.model);
+  return file.shapes->span(Shapes::spanIn(query));
 }
 
 }  // namespace tandem::console

@@ -13,6 +13,7 @@
 
 #include "config/config.h"
 #include "recording/reader.h"
+#include "services/console/shapes.h"
 #include "services/dds/topics.h"
 #include "services/recordings/message_upgrader.h"
 #include "services/recordings/recorded_system.h"
@@ -52,6 +53,8 @@ class Replay {
   /// @param query  file=NAME&from=MS&to=MS&rate=R&topics=1,2: ms since the epoch, channels of describe()
   /// @return the time up to which these are all (8 bytes, ns; the answer is limited in size and duration), then samples
   std::string samples(std::string_view query);
+  /// Shapes::span() of the recorded robot. @param query  file=NAME and those of Shapes::spanIn()
+  std::string span(std::string_view query);
 
  private:
   struct Opened {
@@ -61,6 +64,7 @@ class Replay {
     std::unique_ptr<recording::Reader> reader;
     std::unique_ptr<recordings::MessageUpgrader> upgrader;
     std::unique_ptr<recordings::RecordedSystem> other;  ///< null: the console's own robot and deployment
+    std::unique_ptr<Shapes> shapes;                     ///< null: nobody has asked yet
     std::vector<dds::TopicInfo> topics;                 ///< the channels of describe()
     std::map<std::uint16_t, std::uint32_t> channels;    ///< index of the topic by channel of the file
   };

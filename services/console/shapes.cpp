@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "robots/display_shape.h"
+#include "services/console/access.h"
 #include "services/console/numbers.h"
 
 namespace tandem::console {
@@ -45,6 +46,11 @@ std::string Shapes::at(std::string_view joints) const {
       arms.push_back(nullptr);
   }
   return nlohmann::json{{"arms", arms}}.dump();
+}
+
+Shapes::Span Shapes::spanIn(std::string_view query) {
+  return {parameterOf(query, "joints"), parameterOf(query, "joint"), parameterOf(query, "lower"),
+          parameterOf(query, "upper")};
 }
 
 std::string Shapes::span(const Span& span) const {

@@ -26,6 +26,8 @@ class Shapes {
     std::string_view joint;         ///< index among them, counts from 0
     std::string_view lower, upper;  ///< m or rad
   };
+  /// @param query  joints=...&joint=...&lower=...&upper=...; outlives the result
+  static Span spanIn(std::string_view query);
   static constexpr int kSpanPoints = 33;
   /// JSON with `tips`: positions (m, robot base frame) of the tip of the joint's arm at kSpanPoints places of the
   /// joint, evenly spaced from lower to upper; null where the model has no solution.

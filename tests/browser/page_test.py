@@ -74,17 +74,19 @@ class Preview(Operated):
 
 
 class Replay(Operated):
-    def catheters(self):
-        """A recording of another robot."""
-        file = self.folder / "catheters.mcap"
-        path = system.deployment(self.folder, "ablation-pair", robot=system.PRESETS / "cooperative" / "ablation-pair.yaml")
+    def recording(self, preset, robot):
+        """Of another robot."""
+        file = self.folder / f"{robot.stem}.mcap"
+        path = system.deployment(self.folder, preset, robot=robot)
         with system.System(path):
             done = system.run("record", str(path), "-o", str(file), "--for", "2")
         self.assertIn(done.returncode, (0, 1), done.stderr)  # 1: a busy machine has lost samples
         return str(file)
 
     def test_recordings_are_shown_as_such(self):
-        self.operate("page.js", "laptop", *os.environ.get("TANDEM_SCENES", "replay").split(), more={"catheters": self.catheters()})
+        self.operate("page.js", "laptop", *os.environ.get("TANDEM_SCENES", "replay").split(), more={
+            "catheters": self.recording("ablation-pair", system.PRESETS / "cooperative" / "ablation-pair.yaml"),
+            "one_arm_recording": self.recording("laptop", system.PRESETS / "robots" / "timc2024.yaml")})
 
 
 class Catheters(Operated):

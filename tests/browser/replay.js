@@ -260,6 +260,37 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
       fs.rmSync(copy);
     },
 
+    async "replay: of other tubes, the range is computed for them, and teleoperation says why it is locked"() {
+      const copy = path.join(path.dirname(file), "one-arm.mcap");
+      fs.copyFileSync(setting.one_arm_recording, copy);
+      await release();
+      await list();
+      await me().press('[data-file="one-arm.mcap"]');
+      await me().state("#link", "replay");
+      await seek(1);
+      await shownTime(0.99, 1.01);
+      await page().hover(".bar");
+      await me().text("#span", /of arm \w+: (now|turns freely).*; green: where the tip gets/);
+      await me().tab("teleoperate");
+      await page().waitForFunction(
+        (why) => new RegExp(why).test(document.querySelector("#teleop-on").title),
+        kLocked.source,
+      );
+      const choices = await page().$$eval("#teleop-arm input, #teleop-mode input, #teleop-scale", (all) =>
+        all.map((one) => one.disabled),
+      );
+      assert.ok(choices.length > 3 && choices.every((disabled) => disabled), "choices of another robot can be made");
+      await shot("console-replay-teleoperate");
+      await me().tab("operate");
+      assert.strictEqual(await page().locator("#trajectory-yaml").isVisible(), false);
+      await page().click("#replay-end");
+      await me().state("#link", "live");
+      fs.rmSync(copy);
+      const about = await fetch(`${server.url}/api/recordings/span?file=${path.basename(file)}&joints=1,2&joint=0`);
+      assert.strictEqual(about.status, 400);
+      assert.match(await about.text(), /joints: found 2 numbers, expected 12/);
+    },
+
     async "replay: files that cannot be shown are refused with the reason"() {
       const folder = path.dirname(file);
       const bytes = fs.readFileSync(file);

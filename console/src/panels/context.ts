@@ -19,8 +19,6 @@ export interface Context {
   world: World;
   /** The recording that is shown instead of the robot; empty: none. */
   replayed: string;
-  /** It is of another robot or deployment than the server's, which computes nothing for it. */
-  foreign: boolean;
   link: Link;
   commander: Commander;
   pilot: Pilot;

@@ -95,6 +95,10 @@ export class Hands implements Panel {
     setAttribute(this.arm, "aria-pressed", pilot.armed ? "true" : "false");
     setUsable(this.arm, pilot.armed ? "" : why);
     this.reasons.show([["Teleoperation", why]]);
+    const locked = this.c.replayed === "" ? "" : why; // the choices are those of the robot's pilot
+    this.mode.allow(locked);
+    this.driven.allow(locked);
+    this.scale.disabled = locked !== "";
     setAttribute(this.lamp, "data-held", gate.held ? "yes" : "no");
     let lamp = "○ off";
     if (gate.held) lamp = `● held: ${gate.source}`;

@@ -150,7 +150,7 @@ export class Replay implements Panel {
     this.listed = -1;
     const notices = new Notices();
     this.shown = {
-      c: { ...this.c, robot, world, replayed: about.file, foreign, notices },
+      c: { ...this.c, robot, world, replayed: about.file, notices },
       present: () => player.time / 1000,
     };
     player.jumped = this.jumped;

@@ -67,7 +67,6 @@ export class Run implements Panel {
         this.text.value = yaml;
       },
     );
-    setShown(this.form.element, c.robot.capabilities.tips);
     const runs = [Phase.running, Phase.finished, Phase.failed];
     this.start = action(
       "Start",
@@ -93,6 +92,15 @@ export class Run implements Panel {
     [this.start.id, this.pause.id, this.resume.id, this.stop.id] = ["run-start", "run-pause", "run-resume", "run-end"];
     this.start.setAttribute("aria-describedby", this.preview.text.id);
     this.limits = c.notices.line("limits", { id: "limits" });
+    const yaml = h(
+      "details",
+      { id: "trajectory-yaml" },
+      h("summary", {}, "As YAML, editable before the start"),
+      this.text,
+    );
+    const replayed = c.replayed !== ""; // nothing is started there: there is no list
+    setShown(this.form.element, c.robot.capabilities.tips && !replayed);
+    setShown(yaml, !replayed);
     this.element = card(
       "Trajectory",
       this.choice.element,
@@ -100,7 +108,7 @@ export class Run implements Panel {
       this.preview.text,
       this.reasons.element,
       this.form.element,
-      h("details", { id: "trajectory-yaml" }, h("summary", {}, "As YAML, editable before the start"), this.text),
+      yaml,
     );
     this.controls = h(
       "section.run",
@@ -110,7 +118,7 @@ export class Run implements Panel {
       this.bar,
       h("div.row", {}, this.pause, this.resume, this.stop),
     );
-    if (!c.foreign) void this.load();
+    if (!replayed) void this.load();
   }
 
   private async load(): Promise<void> {

@@ -70,7 +70,7 @@ export class Span {
     const line = this.at.length > 0 ? "; green: where the tip gets" : "";
     setText(this.element, `${title} of arm ${shortName(of.name)}: ${range}${line}`);
     setShown(this.element, true);
-    if (!robot.capabilities.tips || this.c.foreign || this.asks || now < this.next) return;
+    if (!robot.capabilities.tips || this.asks || now < this.next) return;
     const joints = all.flatMap((one) => [...(one ?? [])]);
     const wanted = [index, lower, upper, ...joints];
     if (this.at.length > 0 && this.at.every((value, k) => Math.abs(value - wanted[k]!) < kOther)) return;
@@ -83,7 +83,10 @@ export class Span {
     const of = this.chosen;
     this.asks = true;
     try {
-      const { tips } = await fetchJson<{ tips: (number[] | null)[] }>("/api/span", query);
+      const { replayed } = this.c;
+      const [path, file] =
+        replayed === "" ? ["/api/span", ""] : ["/api/recordings/span", `file=${encodeURIComponent(replayed)}&`];
+      const { tips } = await fetchJson<{ tips: (number[] | null)[] }>(path, file + query);
       if (this.chosen !== of || this.element.hidden) return;
       this.at = wanted;
       this.view.span.show(tips);
