@@ -53,6 +53,32 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, open, takeCon
       }
     },
 
+    async "a page that hangs whenever it connects, as on a busy machine, is connected by the first attempt"() {
+      const context = await me().page.context().browser().newContext();
+      const busy = await context.newPage();
+      await busy.addInitScript(() => {
+        const Real = WebSocket;
+        window.attempts = 0;
+        window.WebSocket = class extends Real {
+          constructor(...all) {
+            super(...all);
+            window.attempts += 1;
+            const end = performance.now() + 4500;
+            setTimeout(() => {
+              while (performance.now() < end);
+            });
+          }
+        };
+      });
+      try {
+        await busy.goto(server.url);
+        await busy.waitForSelector('#link[data-state="live"]');
+        assert.strictEqual(await busy.evaluate(() => window.attempts), 1);
+      } finally {
+        await context.close();
+      }
+    },
+
     async "a server that ends says so last, and why; nothing moves when it is back"() {
       await run();
       const ended = /tandem-console ended: SIGTERM \(another process asked for it/;

@@ -84,10 +84,11 @@ export interface LinkEvents {
 
 const kRetryFirst = 250; // ms
 const kRetryMost = 2000;
-const kGiveUp = 4000; // ms to connect; with a stopped server the handshake does not end
-// The server publishes its diagnostics every second: a link without data for kSilentLooks checks is interrupted. Counting checks instead of
-// time keeps a pause of the page itself from closing the link.
+// With a stopped server the handshake does not end: after kOpeningLooks checks another one is begun. The server publishes its diagnostics
+// every second: a link without data for kSilentLooks checks is interrupted. Counting checks instead of time keeps a pause of the page itself
+// from closing the link: on a busy machine its first image takes seconds.
 const kLook = 500; // ms
+const kOpeningLooks = 8;
 const kSilentLooks = 10;
 
 const randomNumber = (): number => crypto.getRandomValues(new Uint32Array(1))[0]!;
@@ -140,7 +141,6 @@ export class Link implements Source {
     this.socket = socket;
     let opened = false;
     const closed = (reason: string): void => {
-      clearTimeout(hopeless);
       clearInterval(watch);
       if (this.socket !== socket) return;
       this.socket = null;
@@ -154,17 +154,16 @@ export class Link implements Source {
       closed(reason);
       socket.close();
     };
-    const hopeless = setTimeout(() => abandon("the server does not answer"), kGiveUp);
     let silent = 0;
-    let before = -1;
+    let before = this.receivedAt;
     const watch = setInterval(() => {
-      silent = opened && this.receivedAt === before ? silent + 1 : 0;
+      silent = this.receivedAt === before ? silent + 1 : 0;
       before = this.receivedAt;
-      if (silent >= kSilentLooks) abandon(`nothing was received for ${(kSilentLooks * kLook) / 1000} s`);
+      if (silent >= (opened ? kSilentLooks : kOpeningLooks))
+        abandon(opened ? `nothing was received for ${(kSilentLooks * kLook) / 1000} s` : "the server does not answer");
     }, kLook);
     socket.onopen = () => {
       opened = true;
-      clearTimeout(hopeless);
       this.retry = kRetryFirst;
       for (const [topic, p] of this.publishers) socket.send(advertiseText(p.channel, topic, p.schemaName, p.schema));
       this.receivedAt = performance.now();
