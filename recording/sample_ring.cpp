@@ -6,9 +6,9 @@
 
 namespace tandem::recording {
 
-SampleRing::SampleRing(std::size_t capacity, bool touched)
+SampleRing::SampleRing(std::size_t capacity, Memory memory)
     : capacity_(std::max(capacity, sizeof(SampleTag) + 1)), memory_(std::make_unique_for_overwrite<char[]>(capacity_)) {
-  if (touched)
+  if (memory == Memory::kTouched)
     std::memset(memory_.get(), 0, capacity_);
 }
 

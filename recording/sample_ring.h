@@ -31,9 +31,12 @@ class SampleRing {
     std::uint64_t sample = 0;
   };
 
+  enum class Memory {
+    kTouched,  ///< written at once
+    kOnDemand  ///< the system provides it where samples come to lie
+  };
   /// @param capacity bytes, for samples with 48 bytes of metadata each
-  /// @param touched  the memory is written at once; false: the system provides it where samples come to lie
-  explicit SampleRing(std::size_t capacity, bool touched = true);
+  explicit SampleRing(std::size_t capacity, Memory memory = Memory::kTouched);
 
   /// Stores a sample. Allocates nothing. @return false if it is larger than the ring.
   bool push(SampleTag tag, std::string_view bytes) noexcept;

@@ -1,22 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/client/unconfirmed_positions.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <numbers>
 
 #include "hal/position_memory.h"
+#include "services/runtime/joint_text.h"
 
 namespace tandem::client {
-namespace {
-
-std::string inUnit(double value, bool translation) {
-  return fmt::format("{:.3f} {}", value * (translation ? 1e3 : 180.0 / std::numbers::pi), translation ? "mm" : "deg");
-}
-
-}  // namespace
-
 nlohmann::ordered_json unconfirmedPositions(const config::Robot& robot,
                                             const dds::HalStatus& hal,
                                             const dds::ActuationState& state) {
@@ -45,10 +35,11 @@ nlohmann::ordered_json unconfirmedPositions(const config::Robot& robot,
       if (known)
         entry["expected"] = expected;
       entry["tolerance"] = tolerance;
-      entry["text"] = joint + ": position not confirmed: " + inUnit(state.position[i], translation) + " measured; " +
-                      (known ? "expected " + inUnit(expected, translation) + ", as it was last, or at most " +
-                                   inUnit(tolerance, translation) + " away"
-                             : "nothing to compare it with: " + std::string(hal::reasonOf(last)));
+      entry["text"] =
+          joint + ": position not confirmed: " + runtime::jointText(state.position[i], translation) + " measured; " +
+          (known ? "expected " + runtime::jointText(expected, translation) + ", as it was last, or at most " +
+                       runtime::jointText(tolerance, translation) + " away"
+                 : "nothing to compare it with: " + std::string(hal::reasonOf(last)));
       json.push_back(entry);
     }
   }

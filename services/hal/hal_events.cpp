@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/hal/hal_events.h"
 
-#include <fmt/format.h>
-
 #include <cmath>
-#include <numbers>
+
+#include "services/runtime/joint_text.h"
 
 namespace tandem::hal_service {
 namespace {
@@ -14,19 +13,14 @@ using Kind = hal::HardwareEvent::Kind;
 /// "; the drive lacks X: after the end of the HAL the joint travels up to 1.5 mm".
 std::string describeLoss(const hal::Axis& axis, hal::ProtectionMask lost) {
   const double travel = axis.travelWithoutHal(lost);
-  const bool translation = axis.config().translation;
-  const double shown = travel * (translation ? 1e3 : 180.0 / std::numbers::pi);
   return "; the drive lacks " + hal::describeProtections(lost) + ": after the end of the HAL the joint " +
-         (std::isfinite(travel) ? fmt::format("travels up to {:.2g} {}", shown, translation ? "mm" : "deg")
+         (std::isfinite(travel) ? "travels up to " + runtime::jointText(travel, axis.config().translation, "{:.2g}")
                                 : "may continue, because nothing is known to stop it");
 }
 
 /// "position 3.2 mm is not plausible: it was 1.1 mm, 2.1 mm away, expected at most 0.5 mm; ...".
 std::string describeJump(const hal::AxisConfig& axis, const hal::HardwareEvent& event) {
-  const auto in_unit = [&](double value) {
-    return fmt::format("{:.4g} {}", value * (axis.translation ? 1e3 : 180.0 / std::numbers::pi),
-                       axis.translation ? "mm" : "deg");
-  };
+  const auto in_unit = [&](double value) { return runtime::jointText(value, axis.translation, "{:.4g}"); };
   std::string text = axis.name + ": the position after power on is " + in_unit(event.position) + "; ";
   if (event.memory.known())
     text += "it was " + in_unit(event.memory.position()) + " last, expected at most " +

@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/hal/homing_log.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
-#include <numbers>
 #include <utility>
 
 #include "services/runtime/identity.h"
+#include "services/runtime/joint_text.h"
 
 namespace tandem::hal_service {
 namespace {
@@ -37,9 +35,8 @@ HomingLog::Line HomingLog::measured(const HalAnswer& answer, const std::optional
   std::string what = "take a measured position";
   if (answer.arm < robot_.arms.size() && answer.joint < robot_.arms[answer.arm].joint_names.size()) {
     const config::Arm& arm = robot_.arms[answer.arm];
-    const bool translation = arm.limits.isTranslation(answer.joint);
-    what += fmt::format(" of {} ({}): {:.3f} {}", arm.name, arm.joint_names[answer.joint],
-                        answer.position * (translation ? 1e3 : 180.0 / std::numbers::pi), translation ? "mm" : "deg");
+    what += " of " + arm.name + " (" + arm.joint_names[answer.joint] +
+            "): " + runtime::jointText(answer.position, arm.limits.isTranslation(answer.joint));
   }
   if (answer.code != dds::ReplyCode::kOk)
     return {runtime::refusalLine(what + ": " + answer.reason.data(), answer.client, who), true};

@@ -10,7 +10,11 @@ Recorder::Recorder(const RunInfo& info,
                    const std::string& prefix,
                    const std::vector<dds::TopicInfo>& topics,
                    const RecorderOptions& options)
-    : info_(info), prefix_(prefix), topics_(topics), options_(options), ring_(options.memory, false) {
+    : info_(info),
+      prefix_(prefix),
+      topics_(topics),
+      options_(options),
+      ring_(options.memory, recording::SampleRing::Memory::kOnDemand) {
   open();
 }
 

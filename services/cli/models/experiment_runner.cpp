@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <numbers>
 #include <numeric>
 
 #include "operation/convert.h"
@@ -14,6 +13,7 @@
 #include "safety/joint_motion.h"
 #include "services/cli/subcommand.h"
 #include "services/client/motions.h"
+#include "services/runtime/joint_text.h"
 
 namespace tandem::cli {
 namespace {
@@ -168,9 +168,8 @@ void ExperimentRunner::prepare(const experiments::RunPlan& plan) {
     --arm;
   const int own = static_cast<int>(joint) - model_.offset(arm);
   const bool translation = model_.limits()[static_cast<std::size_t>(arm)]->isTranslation(own);
-  throw Failure(kFailure,
-                fmt::format("{}: start configuration not reached; largest joint error {:.3g} {}", plan.key.name(),
-                            translation ? 1e3 * error : error * 180.0 / std::numbers::pi, translation ? "mm" : "deg"));
+  throw Failure(kFailure, plan.key.name() + ": start configuration not reached; largest joint error " +
+                              runtime::jointText(error, translation, "{:.3g}"));
 }
 
 void ExperimentRunner::forget() {

@@ -65,7 +65,7 @@ TEST(SampleRing, AReaderThatKeepsUpNeedsASmallPartOfIt) {
   std::cout << "TANDEM_SEED=" << seed << std::endl;
   std::mt19937_64 random(seed);
   constexpr std::size_t kCapacity = 64'000'000;
-  SampleRing ring(kCapacity, false);
+  SampleRing ring(kCapacity, SampleRing::Memory::kOnDemand);
   const std::string data(20'000, 'x');
   SampleRing::Place place;
   SampleTag tag;
