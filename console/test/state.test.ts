@@ -18,7 +18,7 @@ import {
 } from "../src/state/descriptions";
 import type { Descriptions } from "../src/state/descriptions";
 import type { ControlPermissions, ControlStatus, HalStatus } from "../src/wire/messages";
-import { actionsPerArm } from "../src/wire/messages";
+import { Action, actionsPerArm, RefusalReason } from "../src/wire/messages";
 import { seeded } from "./random";
 
 /** Texts as from the server: generated from idl/ like the server's (tests/unit/console compares them). */
@@ -113,6 +113,14 @@ test("what control does not allow is said with its reason, arm by arm", () => {
     }
   }
   expect(whyNot(null, 0, ["arm_a"])).toBe("");
+  const wrong = {
+    arm_count: 1,
+    reason: new Uint8Array(256).fill(RefusalReason.wrongState),
+  } as unknown as ControlPermissions;
+  expect(whyNot(wrong, Action.resume, ["arm_a"], -1, ["ENABLED"])).toBe(
+    "Arm A is ENABLED: only a PAUSED arm can be resumed.",
+  );
+  expect(whyNot(wrong, Action.resume, ["arm_a"])).toContain("not allowed in this state");
 });
 
 test("old is old: by five periods, at least half a second", () => {

@@ -33,6 +33,7 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, shot, open }) 
       await me().tab("operate");
       await refused("#home", followed, "#panel-0 .reasons");
       await refused("#run-start", followed);
+      await refused("#resume", /^Arm A is ENABLED: only a PAUSED arm can be resumed\.$/);
       await me().press("#pause");
       await robot().states("PAUSED");
       await me().press("#run-end");
@@ -40,6 +41,7 @@ module.exports = ({ robot, me, setting, takeControl, enable, run, shot, open }) 
       await refused("#home", /the arm is not ENABLED/, "#panel-0 .reasons");
       await refused(".jog", /the arm is not ENABLED/);
       await refused("#run-pause", /^No trajectory runs\.$/);
+      await refused("#enable", /^Arm A is PAUSED: it is resumed, not enabled\.$/);
       await me().press("#disable");
       await robot().states("DISABLED");
     },

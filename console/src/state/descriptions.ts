@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Names and descriptions of values in messages, and remedies of faults. */
 import type { ControlPermissions, ControlStatus, HalStatus } from "../wire/messages";
-import { actionsPerArm, FaultCause, Limited, LimitKind, noJoint, RefusalReason } from "../wire/messages";
+import { Action, actionsPerArm, FaultCause, Limited, LimitKind, noJoint, RefusalReason } from "../wire/messages";
 
 /** One value of an enumeration: name, meaning, and for faults the remedy. */
 export interface Described {
@@ -116,18 +116,29 @@ export function idleText(status: ControlStatus, arm: number): string {
 
 export type StateCommand = "enable" | "disable" | "pause" | "resume";
 
+/** What is missing where control refuses an action by the state of an arm: its own reason names the manual. */
+const kNeeded: Partial<Record<number, string>> = {
+  [Action.enable]: "it is resumed, not enabled",
+  [Action.pause]: "only an ENABLED arm can be paused",
+  [Action.resume]: "only a PAUSED arm can be resumed",
+};
+
 /** Reason why control would refuse this action of the lease owner now; empty if it would not, or if no permissions were received.
- * @param arm  -1: any of them */
+ * @param states  of the arms, as far as they are known @param arm  -1: any of them */
 export function whyNot(
   permissions: ControlPermissions | null,
   action: number,
   arms: readonly string[],
   arm = -1,
+  states: readonly string[] = [],
 ): string {
   for (let k = 0; k < Math.min(permissions?.arm_count ?? 0, arms.length); ++k) {
     const reason = permissions?.reason[k * actionsPerArm + action] ?? RefusalReason.none;
-    if ((arm === -1 || arm === k) && reason !== RefusalReason.none)
-      return `Arm ${shortName(arms[k]!)}: ${nameOf("RefusalReason", reason, "unknown reason")}.`;
+    if ((arm !== -1 && arm !== k) || reason === RefusalReason.none) continue;
+    const needed = reason === RefusalReason.wrongState && states[k] ? kNeeded[action] : undefined;
+    return needed
+      ? `Arm ${shortName(arms[k]!)} is ${states[k]}: ${needed}.`
+      : `Arm ${shortName(arms[k]!)}: ${nameOf("RefusalReason", reason, "unknown reason")}.`;
   }
   return "";
 }

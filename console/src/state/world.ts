@@ -121,6 +121,7 @@ export class World {
       action,
       this.robot.arms.map(({ name }) => name),
       arm,
+      this.states(),
     );
   halStatus = (): HalStatus | null => this.hal.value();
   moving = (): ActuationLimits | null => this.limits.value();
