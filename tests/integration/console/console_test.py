@@ -12,7 +12,7 @@ import subprocess
 import threading
 import time
 
-from console import CALM, HERE, ConsoleTest
+from console import HERE, LONG_PERIODS, ConsoleTest
 import system
 import wire
 
@@ -187,7 +187,7 @@ class Killed(ConsoleTest):
 
     def test_events_survive(self):
         self.port = system.free_port()
-        robot = self.start("laptop", without=("console",), console=f"{{port: {self.port}}}", **CALM)
+        robot = self.start("laptop", without=("console",), console=f"{{port: {self.port}}}", **LONG_PERIODS)
         known = []
         for _ in range(5):
             console = self.serve(robot.path)
