@@ -193,11 +193,13 @@ const scenes = {
           id: e.id || e.name || name,
           name,
           visible: style.outlineStyle !== "none" && parseFloat(style.outlineWidth) >= 2,
+          inside: style.boxShadow === "none" && parseFloat(style.outlineOffset) + parseFloat(style.outlineWidth) <= 0,
         };
       });
       if (at === null || at.id === order[0]) break;
       assert.notStrictEqual(at.name, "", `${at.id} has no name`);
       assert.ok(at.visible, `one does not see that ${at.id} has the focus`);
+      if (at.id === "stop") assert.ok(at.inside, "the frame of the focus covers the result of a stop");
       order.push(at.id);
     }
     const wanted = ["take", "stop", "view", "tab-operate", "enable", "disable", "trajectory", "run-start"];
