@@ -3,8 +3,10 @@
 import { Repeats } from "../teleop/repeats";
 import { action, usable } from "./dom";
 
-/** Longest time between two repetitions, ms; a page that hangs for longer cannot tell whether the button is still held. */
+/** Longest gap of the timer, ms; a page that hangs for longer cannot tell whether the button is still held. */
 const kGap = 150;
+/** Longest period of the timer, ms, however seldom it asks. */
+const kTick = 50;
 /** Time for which a button that asks for confirmation is held, ms. */
 const kConfirm = 1000;
 
@@ -21,6 +23,7 @@ export class Hold {
   private timer: ReturnType<typeof setInterval> | undefined;
   private since = 0;
   private last = 0;
+  private asked = 0;
   private readonly repeats = new Repeats(() => this.end());
   /** Removes the listeners of a hold. */
   private over = new AbortController();
@@ -72,14 +75,19 @@ export class Hold {
       options,
     );
     document.addEventListener("visibilitychange", end, options);
-    this.since = this.last = performance.now();
-    this.timer = setInterval(() => this.repeat(), this.held.period);
+    this.since = this.last = this.asked = performance.now();
+    const { period } = this.held;
+    const tick = period / Math.ceil(period / kTick);
+    this.timer = setInterval(() => this.repeat(period - tick / 2), tick);
     this.held.ask();
   }
-  private repeat(): void {
+  /** @param pause  ms after which it asks again */
+  private repeat(pause: number): void {
     const now = performance.now();
-    if (now - this.last > Math.max(kGap, 2 * this.held.period)) return this.end();
+    if (now - this.last > kGap) return this.end();
     this.last = now;
+    if (now - this.asked < pause) return;
+    this.asked = now;
     this.held.ask();
   }
 }
