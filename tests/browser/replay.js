@@ -315,7 +315,7 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
           "about?file=other.mcap",
           /another robot or deployment, ark2024 · laptop, recorded 20.*the configuration in it has other values/,
         ],
-        ["about?file=old.mcap", /of a version that did not record the robot's fingerprint/],
+        ["about?file=old.mcap", /found no fingerprint of the robot, expected a recording that Tandem has made/],
         ["about?file=passwd.mcap", /no such file in the folder/],
         ["about?file=none.mcap", /no such file in the folder/],
         ["about?file=..%2f..%2fetc%2fpasswd.mcap", /expected the name of a recording/],

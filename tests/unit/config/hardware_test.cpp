@@ -284,7 +284,7 @@ TEST(Hardware, Refusals) {
          "expected at least two counts of this axis");
   refuse("counts_per_revolution: 4096\n      gear_ratio: 10\n",
          "counts_per_revolution: 4096000000\n      gear_ratio: 10\n", "upper_mm: 0", 10,
-         "translations[0].axes[0].upper_mm", "2^30 counts");
+         "translations[0].axes[0].upper_mm", "expected at most 2^30");
   for (const auto& [fast, slow, key] : {std::array{"10.125", "1", "fast"}, std::array{"10", "27.75", "slow"}}) {
     const std::string homing = "homing: {method: 17, fast_mm_per_s: " + std::string(fast) + ", slow_mm_per_s: " + slow +
                                ", acceleration_mm_per_s2: 50}";

@@ -186,7 +186,7 @@ TEST_F(RecordingsOfThePage, ForeignFilesAndPathsAreRefused) {
   EXPECT_NE(refusal("file=other.mcap").find("of another robot or deployment, ark2024 · laptop, recorded "),
             std::string::npos);
   EXPECT_NE(refusal("file=other.mcap").find("the configuration in it has other values"), std::string::npos);
-  EXPECT_NE(refusal("file=foreign.mcap").find("no recording of Tandem"), std::string::npos);
+  EXPECT_NE(refusal("file=foreign.mcap").find("found no fingerprint of the robot"), std::string::npos);
   EXPECT_NE(refusal("file=text.mcap").find("is no MCAP file"), std::string::npos);
   for (const char* name : {"link.mcap", "folder.mcap", "none.mcap"})
     EXPECT_NE(refusal("file=" + std::string(name)).find("found no such file"), std::string::npos) << name;
@@ -225,7 +225,7 @@ TEST_F(RecordingsOfThePage, OtherRobotsWhoseDescriptionIsIncompleteAreRefused) {
       write("other.mcap", changed);
       const std::string why = refusal("file=other.mcap");
       EXPECT_NE(why.find("of another robot or deployment, "), std::string::npos) << why;
-      EXPECT_NE(why.find("attachment " + std::string(name) + ":"), std::string::npos) << why;
+      EXPECT_NE(why.find("attachment of the recording: " + std::string(name) + ":"), std::string::npos) << why;
     };
     refused_with([](auto& files, auto file) { files.erase(file); });
     refused_with([](auto&, auto file) { file->data = "tandem: [nothing"; });

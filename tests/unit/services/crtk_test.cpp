@@ -251,8 +251,8 @@ TEST(CrtkMotion, WhatIsNotValidIsNamedAndMovesNothing) {
   const auto there = s.state.position;
   EXPECT_TRUE(has(reason("servo_cp", 0, s.tip(0) + Eigen::Vector3d(0.01, 0, 0)), "step"));
   EXPECT_TRUE(has(reason("servo_cr", 1, Eigen::Vector3d(0, 0.01, 0)), "step"));
-  EXPECT_TRUE(has(reason("servo_jp", 0, s.joints(0) + joint(3, 0.2)), "joint 4: a step"));
-  EXPECT_TRUE(has(reason("servo_jr", 0, joint(0, 5e-3)), "joint 1: a step"));
+  EXPECT_TRUE(has(reason("servo_jp", 0, s.joints(0) + joint(3, 0.2)), "joint 4: found a step"));
+  EXPECT_TRUE(has(reason("servo_jr", 0, joint(0, 5e-3)), "joint 1: found a step"));
   EXPECT_TRUE(has(reason("move_jp", 0, joint(0, 0.5)), "outside"));
   EXPECT_TRUE(has(reason("interpolate_jp", 0, joint(0, 0.5)), "outside"));
   s.topic(StateCommand::kUnhome, 0);
