@@ -25,7 +25,7 @@ import time
 
 import numpy as np
 from matplotlib.lines import Line2D
-from style import (FLOOR, MM, TUBES, WIDTHS, Failure, add_options, legend_below, line_style, log_axis, method_order, method_style,
+from style import (FLOOR, MM, TUBES, WIDTHS, add_options, legend_below, line_style, log_axis, method_order, method_style,
                    plt, read_csv, reason, run, signed_log_axis, wrong_file)
 
 UPPER = {"color": "#E31A1C", "linewidth": 0.7}  # red and cyan, as in the paper

@@ -105,7 +105,8 @@ class Plan(unittest.TestCase):
             self.assertLess(said[start, model], 2e-6)
         self.assertGreater(said["turned", "compliant"], 5 * said["turned", "rigid"])
         answer, _ = plan("check", "follow-the-leader", "--from", "follow-the-leader:plane", "--no-clearance")
-        self.assertRegex(answer.stdout, r"the shaft leaves its path by [\d.e-]+ mm at most, at point \d+, at \[.*\] mm; in the rehearsal by")
+        self.assertRegex(answer.stdout,
+                         r"the shaft leaves its path by [\d.e-]+ mm at most, at point \d+, at \[.*\] mm; in the rehearsal by")
         answer, _ = plan("check", "remote-centre")
         self.assertNotIn("leader", answer.stdout)
 
