@@ -71,7 +71,7 @@ TEST(SampleRing, AReaderThatKeepsUpNeedsASmallPartOfIt) {
   SampleTag tag;
   std::string copy;
   std::uint64_t sent = 0, seen = 0, missed = 0;
-  const auto keepUp = [&](int rounds, std::uint64_t most) {
+  const auto keep_up = [&](int rounds, std::uint64_t most) {
     for (int round = 0; round < rounds; ++round) {
       for (std::uint64_t k = random() % most; k > 0; --k) {
         tag.sequence = ++sent;
@@ -83,10 +83,10 @@ TEST(SampleRing, AReaderThatKeepsUpNeedsASmallPartOfIt) {
     }
   };
   const long before = pages();
-  keepUp(2000, 20);  // several times the capacity
+  keep_up(2000, 20);  // several times the capacity
   EXPECT_GT(sent * data.size(), 5 * kCapacity / 2);
   EXPECT_LT((pages() - before) * sysconf(_SC_PAGESIZE), 4'000'000);
-  keepUp(5, 10'000);  // more than the ring holds: the oldest are overwritten
+  keep_up(5, 10'000);  // more than the ring holds: the oldest are overwritten
   EXPECT_GT(missed, 0u);
   EXPECT_EQ(seen + missed, sent);
   ring.push(tag, data);
