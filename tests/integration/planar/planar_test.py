@@ -40,6 +40,20 @@ class Planar(system.SystemTest):
         at = [tip((float(row["turn_a1"]), float(row["turn_a2"])), 0.1) for row in rows]
         self.assertAlmostEqual(max(y for _, y in at) - min(y for _, y in at), 0.04, delta=2e-3)
 
+    def drive_by_a_recorded_hand(self, robot):
+        """10 mm/s along x for two seconds, without the deadband, halved."""
+        hand = self.folder / "hand.csv"
+        hand.write_text("time_s,present,vx_mm_per_s,vy_mm_per_s,vz_mm_per_s\n"
+                        "0,0,0,0,0\n0.3,1,10,0,0\n2.3,1,10,0,0\n2.4,1,0,0,0\n2.6,1,0,0,0\n")
+        before = tip(robot.joints()[0], 0.1)
+        answer = self.assert_ok(system.run("teleop", "--deployment", robot.path, "--trace", hand, "--enable", "--mode", "tip",
+                                           "--arm", "a", "--scale", "0.5", timeout=60))
+        after = tip(robot.joints()[0], 0.1)
+        self.assertGreater(after[0] - before[0], 5e-3, answer.stdout)
+        self.assertLess(after[0] - before[0], 11e-3, answer.stdout)
+        self.assertAlmostEqual(after[1], before[1], delta=1e-3)
+        self.assertEqual(robot.states(), ["DISABLED", "DISABLED"])
+
     def test_running_system(self):
         robot = self.start("planar-pair", robot=ROBOT, **system.real_time())
         circle = self.folder / "circle.yaml"
@@ -55,6 +69,7 @@ class Planar(system.SystemTest):
         for arm, base in ((0, 0.1), (1, -0.1)):
             for here, there in zip(tip(robot.joints()[arm], base), tip(before[arm], base)):
                 self.assertAlmostEqual(here, there, delta=1.5e-3)
+        self.drive_by_a_recorded_hand(robot)
         self.assert_ok(robot.robot("enable"))
         jogged = system.run("jog", "-d", robot.path, "b", "turn_2", "2", "--for", "0.3")
         self.assert_ok(jogged)

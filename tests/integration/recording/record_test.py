@@ -182,7 +182,7 @@ class RealTime(Recording):
                               (("export", self.whole), "expected at least one of"),
                               (("export", self.whole, "--csv", self.folder / "x", "-t", "nothing"), "pattern of one, among "),
                               (("replay", self.whole, "--remap", "x"), "expected OLD:=NEW"),
-                              (("replay", self.whole, "--simulate"), "expected clock: lock_step")):
+                              (("replay", self.whole, "--simulate"), "expected one of a deployment with clock: lock_step")):
             answer = system.run(*words)
             self.assertNotEqual(answer.returncode, 0, words)
             self.assertIn(reason, answer.stderr)
