@@ -221,23 +221,23 @@ struct LeaderRun {
             const safety::RobotVector& start,
             Method method,
             bool task)
-      : spec(wanted), q(start), tracker(arms.models, arms.limits, method, {}, {5.0, 3.0}), model(*arms.models[0]) {
+      : spec_(wanted), q_(start), tracker_(arms.models, arms.limits, method, {}, {5.0, 3.0}), model_(*arms.models[0]) {
     if (task) {
-      spec.further = {further(planning::TaskKind::kRemoteCentre, 1)};
-      spec.further[0].follows_leader = true;
+      spec_.further = {further(planning::TaskKind::kRemoteCentre, 1)};
+      spec_.further[0].follows_leader = true;
     }
-    EXPECT_TRUE(tracker.computeTips(q, result));
-    planning::setInsertion(arms, q, spec);
-    follower.start(spec, planning::pointAt(spec, tracker.tips(), nullptr));
+    EXPECT_TRUE(tracker_.computeTips(q_, result_));
+    planning::setInsertion(arms, q_, spec_);
+    follower_.start(spec_, planning::pointAt(spec_, tracker_.tips(), nullptr));
     for (const Vector3d& node : shaft(planning::LeaderPath::kNodes))
-      leader.push_back(node);
+      leader_.push_back(node);
     go();
   }
 
  private:
   std::vector<Vector3d> shaft(int count) const {
     std::vector<kinematics::ShapePoint> shape;
-    EXPECT_EQ(model.shape(q, count, shape), kinematics::ModelStatus::kOk);
+    EXPECT_EQ(model_.shape(q_, count, shape), kinematics::ModelStatus::kOk);
     std::vector<Vector3d> points;
     for (const auto& point : shape)
       points.push_back(point.pose.translation());
@@ -247,8 +247,8 @@ struct LeaderRun {
     std::vector<Vector3d> now = shaft(501);
     now.push_back(now.back() + 10.0 * (now.back() - now[now.size() - 2]));  // the straight line beyond the end
     double largest = 0.0;
-    for (std::size_t i = 0; i < leader.size() + static_cast<std::size_t>(passed); ++i) {
-      const Vector3d& x = i < leader.size() ? leader[i] : follower.points()[i - leader.size() + 1].tip;
+    for (std::size_t i = 0; i < leader_.size() + static_cast<std::size_t>(passed); ++i) {
+      const Vector3d& x = i < leader_.size() ? leader_[i] : follower_.points()[i - leader_.size() + 1].tip;
       double nearest = 1.0;
       for (std::size_t k = 1; k < now.size(); ++k)
         nearest = std::min(nearest, toPiece(x, now[k - 1], now[k]));
@@ -258,29 +258,29 @@ struct LeaderRun {
   }
   void go() {
     planning::Reference reference;
-    for (int point = 0; follower.update(tracker.tips(), nullptr, reference);) {
+    for (int point = 0; follower_.update(tracker_.tips(), nullptr, reference);) {
       if (point > 0) {
         const double now = present(point - 1);
         deviation = std::max(deviation, now);
-        if (!spec.further.empty())
-          difference = std::max(difference, std::abs(now - follower.progress().further_error[0]));
+        if (!spec_.further.empty())
+          difference = std::max(difference, std::abs(now - follower_.progress().further_error[0]));
       }
-      point = follower.progress().point;
-      tracker.step(q, q, reference, result);
-      ASSERT_EQ(result.status, planning::TrackStatus::kOk);
-      q += kStepTime * result.solution.velocity;
-      ASSERT_TRUE(tracker.computeTips(q, result));
+      point = follower_.progress().point;
+      tracker_.step(q_, q_, reference, result_);
+      ASSERT_EQ(result_.status, planning::TrackStatus::kOk);
+      q_ += kStepTime * result_.solution.velocity;
+      ASSERT_TRUE(tracker_.computeTips(q_, result_));
     }
-    phase = follower.progress().phase;
+    phase = follower_.progress().phase;
   }
 
-  planning::TrajectorySpec spec;
-  safety::RobotVector q;
-  planning::ReferenceTracker tracker;
-  const kinematics::ArmModel& model;
-  planning::TrackResult result;
-  planning::Follower follower{kStepTime};
-  std::vector<Vector3d> leader;  ///< the shaft at the start
+  planning::TrajectorySpec spec_;
+  safety::RobotVector q_;
+  planning::ReferenceTracker tracker_;
+  const kinematics::ArmModel& model_;
+  planning::TrackResult result_;
+  planning::Follower follower_{kStepTime};
+  std::vector<Vector3d> leader_;  ///< the shaft at the start
 };
 
 /// Under control an insertion keeps to what its tubes allow as far as the tolerance of its points lets the tip wander.
