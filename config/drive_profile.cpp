@@ -210,10 +210,9 @@ const Mapping& driveTable() {
                &DriveProfile::lacks)
               .list(0, hal::kProtectionCount)
               .required(),
-          text("vendor", "number of the maker, object 0x1018:1: `tandem can import` compares a data sheet with it",
-               &DriveProfile::vendor)
-              .orInteger()
-              .matching("^(0x[0-9A-Fa-f]{1,8}|[0-9]{1,10})$", "a number below 2^32, decimal or 0x...")
+          deviceNumber("vendor",
+                       "number of the maker, object 0x1018:1: `tandem can import` compares a data sheet with it",
+                       &DriveProfile::vendor)
               .defaultNote("of any"),
           text("makers", "words of which VendorName of a data sheet has one, in capitals or not", &DriveProfile::makers)
               .list(1, 8)

@@ -10,14 +10,19 @@
 
 namespace tandem::config {
 
+/// A number of object 0x1018.
+template <class... Path>
+Field deviceNumber(const std::string& name, const std::string& description, Path... path) {
+  return text(name, description, path...)
+      .orInteger()
+      .matching("^(0x[0-9A-Fa-f]{1,8}|[0-9]{1,10})$", "a number below 2^32, decimal or 0x...");
+}
+
 template <class Owner>
 Field identityNumber(const std::string& name,
                      const std::string& description,
                      std::uint32_t hal::DeviceIdentity::*number) {
-  return text(name, description, &Owner::identity, number)
-      .orInteger()
-      .matching("^(0x[0-9A-Fa-f]{1,8}|[0-9]{1,10})$", "a number below 2^32, decimal or 0x...")
-      .defaultNote("not checked");
+  return deviceNumber(name, description, &Owner::identity, number).defaultNote("not checked");
 }
 
 template <class Owner>

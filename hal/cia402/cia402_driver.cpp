@@ -25,10 +25,17 @@ AxisUnits unitsOf(const AxisConfig& config) {
 
 bool differs(double one, double other) { return std::abs(one - other) > 1e-3 * std::abs(other); }
 
-std::string shortest(double value) {
+std::string shortest(double value, int digits = 6) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.6g", value);
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
   return text;
+}
+
+std::string describeCounts(double stated, const Gearing& gearing) {
+  constexpr int kDigits = 10;  // encoders have more than a million counts
+  return "the drive states " + shortest(stated, kDigits) +
+         " counts per revolution of its motor (608F, 6091, 6092), the hardware file says " +
+         shortest(gearing.counts_per_revolution, kDigits);
 }
 
 }  // namespace
@@ -98,8 +105,7 @@ void Cia402Driver::updateNodes(std::int64_t now) noexcept {
 
 /// Refuses a drive whose counts are others than those of the hardware file: every distance would be wrong.
 bool Cia402Driver::refusedForCounts() noexcept {
-  const StatedFactors factors = statedFactors(driveNode());
-  const auto counts = statedCounts(factors);
+  const auto counts = statedCounts(statedFactors(driveNode()));
   if (!config_.checks_counts || !counts || !differs(*counts, config_.gearing.counts_per_revolution))
     return false;
   driveNode().refuse(objects::kIncrements, static_cast<std::uint64_t>(std::llround(*counts)));
@@ -309,9 +315,7 @@ std::string Cia402Driver::describeUnits(const canopen::ObjectAddress& object, st
   };
   const DriveUnits& units = config_.units;
   if (object == objects::kIncrements)
-    return "the drive states " + std::to_string(stated) +
-           " counts per revolution of its motor (608F, 6091, 6092), the hardware file says " +
-           shortest(config_.gearing.counts_per_revolution) +
+    return describeCounts(static_cast<double>(stated), config_.gearing) +
            ": correct counts_per_revolution, or set up the drive (`sdo`); `checks_counts: false` is for a drive that "
            "means something else by these objects";
   const auto code = static_cast<std::uint32_t>(stated);
@@ -326,11 +330,9 @@ std::string Cia402Driver::describeUnits(const canopen::ObjectAddress& object, st
 /// "; the drive states 2000 counts per revolution ..., the hardware file says 4096" where they differ.
 std::string Cia402Driver::remarks() const {
   const StatedFactors factors = statedFactors(driveNode());
-  const double expected = config_.gearing.counts_per_revolution;
   std::string text;
-  if (const auto counts = statedCounts(factors); counts && differs(*counts, expected))
-    text += "; the drive states " + shortest(*counts) +
-            " counts per revolution of its motor (608F, 6091, 6092), the hardware file says " + shortest(expected);
+  if (const auto counts = statedCounts(factors); counts && differs(*counts, config_.gearing.counts_per_revolution))
+    text += "; " + describeCounts(*counts, config_.gearing);
   const auto compare = [&text](const StatedFactors::Ratio& stated, double counts_per_number, const char* of) {
     const double numbers = 1.0 / counts_per_number;
     if (stated.isSet() && differs(stated.value(), numbers))
