@@ -191,17 +191,9 @@ TEST(DriveProfile, TheTableOfTheDocumentationIsMadeOfThem) {
 
 /// The hardware of withProfile() with this homing method, whose carriages end at their stops.
 std::string withMethod(int method) {
-  std::string text = replaced(withProfile(), "reference: absolute_encoder",
-                              "reference: homing\n      homing: {method: " + std::to_string(method) +
-                                  ", fast_mm_per_s: 4, slow_mm_per_s: 1, acceleration_mm_per_s2: 50}");
-  const std::string homes[] = {"-400", "-300", "-190"};
-  for (const std::string bus : {"bus_a", "bus_b"}) {
-    for (int tube = 1; tube <= 3; ++tube) {
-      const std::string key = "tube: " + std::to_string(tube) + ", bus: " + bus + ", node: " + std::to_string(tube);
-      text = replaced(text, key + ",", key + ", home_position_mm: " + homes[tube - 1] + ",");
-    }
-  }
-  return text;
+  return withHomes(replaced(withProfile(), "reference: absolute_encoder",
+                            "reference: homing\n      homing: {method: " + std::to_string(method) +
+                                ", fast_mm_per_s: 4, slow_mm_per_s: 1, acceleration_mm_per_s2: 50}"));
 }
 
 TEST(DriveProfile, NamesTheHomingMethodsOfTheManufacturer) {

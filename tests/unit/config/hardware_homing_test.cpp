@@ -16,17 +16,8 @@ const std::string kEncoder = "reference: absolute_encoder";
 std::string withReference(const std::string& lines) {
   const std::string preset = replaced(readAll(presets() / "hardware/ark2024-two-buses.yaml"), "../robots/ark2024.yaml",
                                       (presets() / "robots/ark2024.yaml").string());
-  std::string text = replaced(preset, kEncoder, lines);
-  if (lines.starts_with(kEncoder))
-    return text;
-  const std::string homes[] = {"-400", "-300", "-190"};
-  for (const std::string bus : {"bus_a", "bus_b"}) {
-    for (int tube = 1; tube <= 3; ++tube) {
-      const std::string key = "tube: " + std::to_string(tube) + ", bus: " + bus + ", node: " + std::to_string(tube);
-      text = replaced(text, key + ",", key + ", home_position_mm: " + homes[tube - 1] + ",");
-    }
-  }
-  return text;
+  const std::string text = replaced(preset, kEncoder, lines);
+  return lines.starts_with(kEncoder) ? text : withHomes(text);
 }
 
 hal::HardwareConfig loadReference(const std::string& lines) {

@@ -52,6 +52,18 @@ inline std::string replaced(std::string text, const std::string& from, const std
   return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
+/// Hardware of the robot ark2024 on two buses, with a home_position of each carriage at its lower limit.
+inline std::string withHomes(std::string text) {
+  const std::string homes[] = {"-400", "-300", "-190"};
+  for (const std::string bus : {"bus_a", "bus_b"}) {
+    for (int tube = 1; tube <= 3; ++tube) {
+      const std::string key = "tube: " + std::to_string(tube) + ", bus: " + bus + ", node: " + std::to_string(tube);
+      text = replaced(text, key + ",", key + ", home_position_mm: " + homes[tube - 1] + ",");
+    }
+  }
+  return text;
+}
+
 /** One refusal: a change of a valid text, and the expected place of the error. */
 struct Refusal {
   std::string from;

@@ -13,6 +13,17 @@ double carriage(System& system, int joint) {
   return AxisUnits(axis.gearing).scale() * system.drive(0, joint).motor().position() + axis.gearing.offset;
 }
 
+/// Homes the first arm to its end.
+void homeArm(System& system) {
+  ArmHardware::HomingAnswer answer = system.robot->home(0, system.now);
+  EXPECT_EQ(answer, ArmHardware::HomingAnswer::kRunning);
+  for (int i = 0; i < 2000 && answer == ArmHardware::HomingAnswer::kRunning; ++i) {
+    system.run(0.1);
+    answer = system.robot->home(0, system.now);
+  }
+  ASSERT_EQ(answer, ArmHardware::HomingAnswer::kDone) << system.story();
+}
+
 TEST(Homing, IsReportedAndRequiredBeforeEnabling) {
   System system(homingHardware());
   EXPECT_FALSE(system.boot());
@@ -40,13 +51,7 @@ TEST(Homing, CarriagesKeepEquationOneOnTheWay) {
     for (const safety::LinearRow& row : limits.rows)
       worst = std::max(worst, safety::rowValue(row, q) - row.b);
   };
-  ArmHardware::HomingAnswer answer = system.robot->home(0, system.now);
-  EXPECT_EQ(answer, ArmHardware::HomingAnswer::kRunning);
-  for (int i = 0; i < 2000 && answer == ArmHardware::HomingAnswer::kRunning; ++i) {
-    system.run(0.1);
-    answer = system.robot->home(0, system.now);
-  }
-  ASSERT_EQ(answer, ArmHardware::HomingAnswer::kDone) << system.story();
+  homeArm(system);
   EXPECT_LE(worst, 0.1e-3);
   EXPECT_EQ(system.robot->arm(0).power(), ArmPower::kOff);
   for (int j = 0; j < 3; ++j)
@@ -69,13 +74,7 @@ TEST(Homing, AMethodOfTheManufacturerEndsAtTheMechanicalStop) {
     }
     System system(hardware);
     system.boot();
-    ArmHardware::HomingAnswer answer = system.robot->home(0, system.now);
-    EXPECT_EQ(answer, ArmHardware::HomingAnswer::kRunning);
-    for (int i = 0; i < 2000 && answer == ArmHardware::HomingAnswer::kRunning; ++i) {
-      system.run(0.1);
-      answer = system.robot->home(0, system.now);
-    }
-    ASSERT_EQ(answer, ArmHardware::HomingAnswer::kDone) << system.story();
+    homeArm(system);
     for (int j = 0; j < 3; ++j)
       EXPECT_NEAR(system.robot->position(0)[j], carriage(system, j), 0.5e-3);
     ASSERT_TRUE(system.enable()) << system.story();

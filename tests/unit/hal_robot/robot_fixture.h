@@ -304,4 +304,18 @@ inline ArmHardware::HomingAnswer homeArm(System& system, int most) {
   return answer;
 }
 
+/// Moves all joints of the first arm for a second, and expects that they travel as commanded. The arm is ENABLED.
+inline void expectMoves(System& system, double translation, double rotation) {
+  constexpr double kTime = 1.0;
+  const ArmVector start = system.truth(0);
+  system.move(0, speeds(translation, rotation));
+  system.run(kTime);
+  system.hold();
+  system.run(0.5);
+  EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
+  const ArmVector moved = system.truth(0) - start;
+  for (int j = 0; j < 6; ++j)
+    EXPECT_NEAR(moved[j] / (j < 3 ? translation : rotation), kTime, 0.2) << j;
+}
+
 }  // namespace tandem::hal::test

@@ -46,7 +46,6 @@ TEST(VendorSheets, AreAllTriedHere) {
 }
 
 TEST(VendorSheets, TheirDrivesBootMoveAndStand) {
-  constexpr double kTranslation = 4e-3, kRotation = 0.3, kTime = 1.0;
   for (const Vendor& vendor : vendors()) {
     const auto sheet = canopen::loadEds(std::string(TANDEM_SOURCE) + "/tests/sheets/" + vendor.sheet + "-like.eds");
     for (const DriveMode mode : vendor.modes) {
@@ -60,15 +59,7 @@ TEST(VendorSheets, TheirDrivesBootMoveAndStand) {
       System system(config, 0.0, sheet);
       ASSERT_TRUE(system.boot()) << system.story() << driveNode(system.robot->arm(0).axis(0)).describeFailure();
       ASSERT_TRUE(system.enable()) << system.story();
-      const ArmVector start = system.truth(0);
-      system.move(0, speeds(kTranslation, kRotation));
-      system.run(kTime);
-      system.hold();
-      system.run(0.5);
-      EXPECT_TRUE(system.all(OperatingState::kEnabled)) << system.story();
-      const ArmVector moved = system.truth(0) - start;
-      for (int j = 0; j < 6; ++j)
-        EXPECT_NEAR(moved[j] / (j < 3 ? kTranslation : kRotation), kTime, 0.2) << j;
+      expectMoves(system, 4e-3, 0.3);
       EXPECT_EQ(system.drive(0, 0).record().faults, 0u);
     }
   }

@@ -2,12 +2,11 @@
 /** @file Comparison of docs/permissions.md with judge(). TANDEM_WRITE_DOCS=1 writes it. */
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <fstream>
 #include <map>
 #include <sstream>
 
 #include "operation/permission.h"
+#include "tests/unit/documented_page.h"
 
 namespace tandem::test {
 namespace {
@@ -92,14 +91,8 @@ std::string page() {
 }
 
 TEST(Permission, DocumentedTableMatchesJudge) {
-  const std::string file = std::string(TANDEM_DOCS) + "/permissions.md";
-  if (std::getenv("TANDEM_WRITE_DOCS") != nullptr)
-    std::ofstream(file) << page();
-  std::ifstream in(file);
-  std::ostringstream there;
-  there << in.rdbuf();
-  EXPECT_EQ(there.str(), page()) << "if the new table is right: TANDEM_WRITE_DOCS=1 build/release/tests/test_operation "
-                                    "--gtest_filter=Permission.DocumentedTableMatchesJudge";
+  test::expectPage("permissions.md", page(),
+                   "build/release/tests/test_operation --gtest_filter=Permission.DocumentedTableMatchesJudge");
 }
 
 }  // namespace

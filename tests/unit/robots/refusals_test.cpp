@@ -3,14 +3,13 @@
  * writes it. */
 #include <gtest/gtest.h>
 
-#include <cstdlib>
-#include <fstream>
 #include <sstream>
 
 #include "config/robot_files.h"
 #include "planning/task_freedom.h"
 #include "robots/robot_model.h"
 #include "robots/robot_type.h"
+#include "tests/unit/documented_page.h"
 
 namespace tandem::robots {
 namespace {
@@ -128,14 +127,7 @@ std::string page() {
 }
 
 TEST(Refusals, DocumentedPageMatchesTheCapabilities) {
-  const std::string file = std::string(TANDEM_DOCS) + "/refusals.md";
-  if (std::getenv("TANDEM_WRITE_DOCS") != nullptr)
-    std::ofstream(file) << page();
-  std::ifstream in(file);
-  std::ostringstream there;
-  there << in.rdbuf();
-  EXPECT_EQ(there.str(), page()) << "if the new page is right: TANDEM_WRITE_DOCS=1 build/release/tests/test_robots "
-                                    "--gtest_filter=Refusals.*";
+  test::expectPage("refusals.md", page(), "build/release/tests/test_robots --gtest_filter=Refusals.*");
 }
 
 /// Every function is on the page, and every type that lacks one has a reason.
