@@ -3,10 +3,10 @@
 
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <condition_variable>
 #include <mutex>
+#include <random>
 
 #include "config/arm_names.h"
 #include "recording/reader.h"
@@ -82,11 +82,11 @@ void EventsFile::read(const config::Deployment& deployment) {
 bool EventsFile::write() {
   std::uint64_t taken = written_;
   const std::vector<HistoryEvent> events = history_.eventsAfter(taken);
-  if (taken == written_)
+  const bool replaced = out_ && inodeOf(file_) != inode_;  // by another server
+  if (taken == written_ && !replaced)
     return true;
   try {
-    if (!out_ || inodeOf(file_) != inode_ || in_file_ + events.size() > 2 * History::kMost ||
-        out_->mcap().size() > 2 * History::kBytes)
+    if (!out_ || replaced || in_file_ + events.size() > 2 * History::kMost || out_->mcap().size() > 2 * History::kBytes)
       replace();
     else
       append(events);
@@ -102,7 +102,8 @@ bool EventsFile::write() {
 }
 
 void EventsFile::replace() {
-  const fs::path next = file_.string() + "." + std::to_string(::getpid());
+  // By chance, not by process: servers in two containers may have the same process number and one folder.
+  const fs::path next = file_.string() + "." + std::to_string(std::random_device()());
   try {
     std::uint64_t taken = 0;
     const std::vector<HistoryEvent> events = history_.eventsAfter(taken);

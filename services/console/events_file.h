@@ -18,8 +18,9 @@ namespace tandem::console {
  *
  * The file is an MCAP file. The first new event replaces it as a whole, by one with the whole history; further events
  * are appended and flushed, and it is replaced again when it has become larger than the history, or another server of
- * the same robot has replaced it. A server that is killed leaves all events that its thread has written. A file that
- * cannot be read, or written, is a line of the log and nothing more. */
+ * the same robot has replaced it: of two servers the file is of the one that ends last. A server that is killed leaves
+ * all events that its thread has written. A file that cannot be read, or written,
+ * is a line of the log and nothing more. */
 class EventsFile {
  public:
   /// Fills the history, with what the file has of this robot and deployment, in messages of the present version.

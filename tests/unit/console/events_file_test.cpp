@@ -134,6 +134,19 @@ TEST_F(EventsOverRestarts, OfTwoServersThoseOfTheOneThatRunsOnAreWhole) {
   }
 }
 
+TEST_F(EventsOverRestarts, TwoServersThatReplaceTheFileAtOnceLeaveAWholeOne) {
+  for (int run = 0; run < 50; ++run) {
+    const std::string expected = serve([&](History& history) {
+      serve([&](History& other) {
+        for (int k = 0; k < 100; ++k)
+          takeSome(k % 2 == 0 ? history : other, 1);
+      });
+      takeSome(history, 1);
+    });
+    ASSERT_EQ(served(), expected) << "run " << run;
+  }
+}
+
 TEST_F(EventsOverRestarts, ADamagedFileLosesEventsAndNothingElse) {
   const std::string whole = serve([&](History& history) { takeSome(history, 200); });
   const std::string bytes = contents();
