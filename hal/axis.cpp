@@ -37,6 +37,7 @@ void Axis::boot(std::int64_t now) noexcept {
   driver_.boot(now);
   phase_ = AxisPhase::kBooting;
   guards_ = latched_ = 0;
+  homing_failure_ = HomingFailure::kNone;
   limits_pending_ = recovering_ = false;
   missing_ = 0;
   drive_stream_.restart();
@@ -65,6 +66,12 @@ void Axis::setOperating(bool operating) noexcept {
 void Axis::fail(HardwareGuard guard) noexcept {
   latched_ |= bit(guard);
   guards_ |= bit(guard);
+}
+
+void Axis::failHoming(HomingFailure reason) noexcept {
+  if (homing_failure_ == HomingFailure::kNone)
+    homing_failure_ = reason;
+  fail(HardwareGuard::kHoming);
 }
 
 void Axis::setTarget(double position, double velocity) noexcept {

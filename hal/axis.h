@@ -69,6 +69,9 @@ class Axis {
   void setOperating(bool operating) noexcept;
   /// Sets a guard that the owner of the axis has detected; it stays until the next boot.
   void fail(HardwareGuard guard) noexcept;
+  /// fail(HardwareGuard::kHoming) with its first reason.
+  void failHoming(HomingFailure reason) noexcept;
+  HomingFailure homingFailure() const noexcept { return homing_failure_; }
 
   DriveState driveState() const noexcept { return power_.state(); }
   PowerGoal goal() const noexcept { return power_.goal(); }
@@ -185,6 +188,7 @@ class Axis {
   AxisPhase phase_ = AxisPhase::kBooting;
   GuardMask guards_ = 0;
   GuardMask latched_ = 0;  ///< set by fail(), until the next boot
+  HomingFailure homing_failure_ = HomingFailure::kNone;
   bool operating_ = false;
   bool free_to_move_ = true;  ///< there is no brake, or it is open
   bool closing_ = false;      ///< the brake closes, or is closed, before torque goes off

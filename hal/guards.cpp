@@ -17,6 +17,24 @@ std::string describeGuards(GuardMask guards) {
   return text.empty() ? "none" : text;
 }
 
+std::string_view describe(HomingFailure failure) {
+  switch (failure) {
+    case HomingFailure::kSetup:
+      return "the drive has not taken an object of the run: compare `method` with its manual (tandem can import)";
+    case HomingFailure::kDrive:
+      return "the drive reports an error of its run (6041, bit 13): check its switches and `method`";
+    case HomingFailure::kPowerOff:
+      return "the drive left operation during the run";
+    case HomingFailure::kLate:
+      return "the run has not ended within `budget`: check the switch or the stop, the speed and `budget`";
+    case HomingFailure::kNoStop:
+      return "the joint moved 1.1 times its range without a stop: check `direction`, the stop and the coupling";
+    case HomingFailure::kNone:
+      break;
+  }
+  return {};
+}
+
 safety::FaultRecord faultOf(GuardMask guards) noexcept {
   using safety::FaultCause;
   // In causal order: a cause comes before its consequences.

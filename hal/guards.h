@@ -29,6 +29,18 @@ inline constexpr GuardMask kSensorGuards =
 inline constexpr GuardMask kRampGuards =
     kSensorGuards | bit(HardwareGuard::kForeignMaster) | bit(HardwareGuard::kFramesLost);
 
+/** Why a homing run failed (HardwareGuard::kHoming). */
+enum class HomingFailure : std::uint8_t {
+  kNone,
+  kSetup,     ///< the drive has not taken an object of the run
+  kDrive,     ///< the drive reports an error of its run (6041, bit 13)
+  kPowerOff,  ///< the drive left operation during the run
+  kLate,      ///< the run has not ended within `budget`
+  kNoStop,    ///< the joint moved 1.1 times its range without a mechanical stop
+};
+/// With what to check; empty for kNone.
+std::string_view describe(HomingFailure failure);
+
 /// Fault that follows from guards (kSensor, kDrive, kStopRequested or none), with its cause.
 safety::FaultRecord faultOf(GuardMask guards) noexcept;
 

@@ -128,7 +128,7 @@ void HomingRun::stepPrepare(Phase next, std::int64_t now) noexcept {
       continue;
     const Progress progress = axis->driver().prepared();
     if (progress == Progress::kFailed)
-      axis->fail(HardwareGuard::kHoming);
+      axis->failHoming(HomingFailure::kSetup);
     done = done && progress == Progress::kDone;
   }
   if (done)
@@ -155,9 +155,12 @@ void HomingRun::stepRun(std::int64_t now) noexcept {
 
 void HomingRun::stepDrive(Axis& axis, bool late) noexcept {
   const Progress progress = axis.driver().homing();
-  const bool lost = axis.driveState() != DriveState::kOperationEnabled;
-  if (progress == Progress::kFailed || lost || (late && progress != Progress::kDone))
-    axis.fail(HardwareGuard::kHoming);
+  if (progress == Progress::kFailed)
+    axis.failHoming(HomingFailure::kDrive);
+  else if (axis.driveState() != DriveState::kOperationEnabled)
+    axis.failHoming(HomingFailure::kPowerOff);
+  else if (late && progress != Progress::kDone)
+    axis.failHoming(HomingFailure::kLate);
 }
 
 void HomingRun::stepStop(std::size_t index, bool late, std::int64_t now) noexcept {
@@ -165,9 +168,12 @@ void HomingRun::stepStop(std::size_t index, bool late, std::int64_t now) noexcep
   HardStopSearch& search = searches_[index];
   search.step(axis.position(), axis.torque(), now);
   axis.setTarget(search.target(), search.velocity());
-  const bool lost = search.lost() || axis.driveState() != DriveState::kOperationEnabled;
-  if (lost || (late && !search.found()))
-    axis.fail(HardwareGuard::kHoming);
+  if (search.lost())
+    axis.failHoming(HomingFailure::kNoStop);
+  else if (axis.driveState() != DriveState::kOperationEnabled)
+    axis.failHoming(HomingFailure::kPowerOff);
+  else if (late && !search.found())
+    axis.failHoming(HomingFailure::kLate);
 }
 
 void HomingRun::step(std::int64_t now) noexcept {

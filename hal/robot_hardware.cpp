@@ -245,6 +245,8 @@ void RobotHardware::step(std::int64_t now) noexcept {
       reported.arm = static_cast<std::uint8_t>(a);
       reported.joint = static_cast<std::uint8_t>(j);
       reported.guards = began;
+      if ((began & bit(HardwareGuard::kHoming)) != 0)
+        reported.homing = arm.axis(j).homingFailure();
       reported.first_motion = !arm.axis(j).firstMotionConfirmed();
       events_.push(reported);
     }

@@ -41,7 +41,8 @@ struct HardwareEvent {
   bool encoder = false;
   std::uint16_t code = 0;
   GuardMask guards = 0;
-  bool first_motion = false;  ///< kGuard: before the axis has completed its first motion
+  bool first_motion = false;                    ///< kGuard: before the axis has completed its first motion
+  HomingFailure homing = HomingFailure::kNone;  ///< kGuard, with HardwareGuard::kHoming
   DeviceFailure failure;
   ProtectionMask lost = 0;  ///< kReady: protections that the drive lacks; kNode: those for which it is not used
   BusState bus_state = BusState::kActive;

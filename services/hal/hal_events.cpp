@@ -38,6 +38,12 @@ bool contradictsUnits(const hal::HardwareEvent& event) {
          (event.first_motion && (event.guards & kOfMotion) != 0);
 }
 
+/// ": the drive left operation during the run"; empty: the event is not about a homing run.
+std::string reasonOf(hal::HomingFailure failure) {
+  const std::string text(hal::describe(failure));
+  return text.empty() ? text : ": " + text;
+}
+
 }  // namespace
 
 std::string describeLost(const hal::HardwareConfig& hardware, const dds::HalStatus& status) {
@@ -89,7 +95,7 @@ std::string describe(const hal::HardwareEvent& event, const hal::RobotHardware& 
   const std::string who = axis.driver().deviceName(event.encoder);
   switch (event.kind) {
     case Kind::kGuard:
-      return axis.config().name + ": " + hal::describeGuards(event.guards) +
+      return axis.config().name + ": " + hal::describeGuards(event.guards) + reasonOf(event.homing) +
              (contradictsUnits(event)
                   ? ": the joint did not travel as commanded; check counts_per_revolution, gear_ratio, lead, "
                     "velocity_unit, reversed, and the same of its encoder"

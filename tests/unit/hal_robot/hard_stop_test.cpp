@@ -89,6 +89,8 @@ TEST(HardStops, AMissingStopEndsTheRunAfterTheRangeOfTheAxis) {
   const double before = system.drive(0, 0).motor().position();
   EXPECT_EQ(homeArm(system, 300), ArmHardware::HomingAnswer::kNotDisabled);
   EXPECT_GT(system.guardCount(HardwareGuard::kHoming), 0u) << system.story();
+  const std::vector<HomingFailure> failures = homingFailures(system);
+  EXPECT_EQ(std::ranges::count(failures, HomingFailure::kNoStop), std::ssize(failures));
   EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
   EXPECT_EQ(system.robot->arm(0).power(), ArmPower::kOff);
   const double travel =

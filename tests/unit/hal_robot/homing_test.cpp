@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "robot_fixture.h"
 
+#include "services/hal/hal_events.h"
 #include "tests/unit/safety/allocation_counter.h"
 #include "tests/unit/safety/random_arm.h"
 
@@ -160,10 +161,27 @@ TEST(Homing, AMissingSwitchIsAFaultAndNothingMoves) {
     EXPECT_EQ(homeArm(system, 1000), ArmHardware::HomingAnswer::kNotDisabled);
     EXPECT_EQ(system.robot->state(0), OperatingState::kFault);
     EXPECT_EQ(system.guardCount(HardwareGuard::kHoming), 3u) << system.story();
+    EXPECT_EQ(homingFailures(system), std::vector(3, HomingFailure::kDrive));
     EXPECT_FALSE(system.robot->arm(0).homed());
     EXPECT_EQ(system.robot->arm(0).power(), ArmPower::kOff);
     EXPECT_EQ(carriage(system, 3), before);
   }
+}
+
+TEST(Homing, ARunThatOutlastsItsBudgetSaysSo) {
+  HardwareConfig config = homingHardware();
+  for (AxisConfig& axis : config.axes) {
+    if (axis.reference == PositionReference::kHoming)
+      axis.homing.budget = 0.5;
+  }
+  System system(config);
+  system.boot();
+  homeArm(system, 1000);
+  EXPECT_EQ(homingFailures(system), std::vector(3, HomingFailure::kLate)) << system.story();
+  const auto guard = std::ranges::find(system.events, HomingFailure::kLate, &HardwareEvent::homing);
+  ASSERT_NE(guard, system.events.end());
+  EXPECT_NE(hal_service::describe(*guard, *system.robot).find("homing: the run has not ended within `budget`"),
+            std::string::npos);
 }
 
 TEST(CyclicVelocity, HoldsItsPlaceAndFollows) {

@@ -304,6 +304,16 @@ inline ArmHardware::HomingAnswer homeArm(System& system, int most) {
   return answer;
 }
 
+/// Reasons of the homing runs that failed, axis by axis.
+inline std::vector<HomingFailure> homingFailures(const System& system) {
+  std::vector<HomingFailure> reasons;
+  for (const HardwareEvent& event : system.events) {
+    if (event.kind == HardwareEvent::Kind::kGuard && (event.guards & bit(HardwareGuard::kHoming)) != 0)
+      reasons.push_back(event.homing);
+  }
+  return reasons;
+}
+
 /// Moves all joints of the first arm for a second, and expects that they travel as commanded. The arm is ENABLED.
 inline void expectMoves(System& system, double translation, double rotation) {
   constexpr double kTime = 1.0;
