@@ -23,19 +23,10 @@ AxisUnits unitsOf(const AxisConfig& config) {
   return AxisUnits(gearing, config.units);
 }
 
-bool differs(double one, double other) { return std::abs(one - other) > 1e-3 * std::abs(other); }
-
-std::string shortest(double value, int digits = 6) {
+std::string shortest(double value) {
   char text[32];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
+  std::snprintf(text, sizeof text, "%g", value);
   return text;
-}
-
-std::string describeCounts(double stated, const Gearing& gearing) {
-  constexpr int kDigits = 10;  // encoders have more than a million counts
-  return "the drive states " + shortest(stated, kDigits) +
-         " counts per revolution of its motor (608F, 6091, 6092), the hardware file says " +
-         shortest(gearing.counts_per_revolution, kDigits);
 }
 
 }  // namespace
@@ -105,8 +96,8 @@ void Cia402Driver::updateNodes(std::int64_t now) noexcept {
 
 /// Refuses a drive whose counts are others than those of the hardware file: every distance would be wrong.
 bool Cia402Driver::refusedForCounts() noexcept {
-  const auto counts = statedCounts(statedFactors(driveNode()));
-  if (!config_.checks_counts || !counts || !differs(*counts, config_.gearing.counts_per_revolution))
+  const auto counts = differingCounts(statedFactors(driveNode()), config_.gearing);
+  if (!config_.checks_counts || !counts)
     return false;
   driveNode().refuse(objects::kIncrements, static_cast<std::uint64_t>(std::llround(*counts)));
   return true;
@@ -315,7 +306,7 @@ std::string Cia402Driver::describeUnits(const canopen::ObjectAddress& object, st
   };
   const DriveUnits& units = config_.units;
   if (object == objects::kIncrements)
-    return describeCounts(static_cast<double>(stated), config_.gearing) +
+    return "the drive states " + describeCounts(static_cast<double>(stated), config_.gearing) +
            ": correct counts_per_revolution, or set up the drive (`sdo`); `checks_counts: false` is for a drive that "
            "means something else by these objects";
   const auto code = static_cast<std::uint32_t>(stated);
@@ -331,11 +322,11 @@ std::string Cia402Driver::describeUnits(const canopen::ObjectAddress& object, st
 std::string Cia402Driver::remarks() const {
   const StatedFactors factors = statedFactors(driveNode());
   std::string text;
-  if (const auto counts = statedCounts(factors); counts && differs(*counts, config_.gearing.counts_per_revolution))
-    text += "; " + describeCounts(*counts, config_.gearing);
+  if (const auto counts = differingCounts(factors, config_.gearing))
+    text += "; the drive states " + describeCounts(*counts, config_.gearing);
   const auto compare = [&text](const StatedFactors::Ratio& stated, double counts_per_number, const char* of) {
     const double numbers = 1.0 / counts_per_number;
-    if (stated.isSet() && differs(stated.value(), numbers))
+    if (stated.isSet() && factorDiffers(stated.value(), numbers))
       text += std::string("; the drive states ") + of + " of " + shortest(stated.value()) +
               ", the hardware file's units make it " + shortest(numbers);
   };

@@ -304,12 +304,10 @@ canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& 
 }
 
 StatedFactors statedFactors(const canopen::Node& drive) noexcept {
-  std::array<std::uint32_t, std::size(objects::kFactors)> read{};
-  for (std::size_t k = 0; k < read.size(); ++k) {
-    if (const std::uint64_t* value = drive.readValue(objects::kFactors[k]))
-      read[k] = static_cast<std::uint32_t>(*value);
-  }
-  return {{read[0], read[1]}, {read[2], read[3]}, {read[4], read[5]}, {read[6], read[7]}, {read[8], read[9]}};
+  return factorsFrom([&drive](const canopen::ObjectAddress& object) {
+    const std::uint64_t* value = drive.readValue(object);
+    return value == nullptr ? 0 : *value;
+  });
 }
 
 canopen::NodeSetup encoderSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget) {

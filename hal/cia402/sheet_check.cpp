@@ -203,6 +203,11 @@ SheetCheck checkSheet(const canopen::Eds& sheet,
     check.findings.push_back(judge.judge(step));
   for (const SetupStep& step : limitSteps(axis))
     check.findings.push_back(judge.judge(step));
+  check.counts = differingCounts(factorsFrom([&sheet](const ObjectAddress& object) -> std::int64_t {
+                                   const EdsObject* found = sheet.find(object);
+                                   return found != nullptr && found->has_value ? found->value : 0;
+                                 }),
+                                 axis.gearing);
   check.lost = judge.lost();
   check.missing = missingProtections(check.lost, axis.accepted);
   return check;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,8 @@ std::string_view name(SheetFinding::Verdict verdict);
 
 struct SheetCheck {
   std::vector<SheetFinding> findings;  ///< in the order of the setup, then the software limits
+  /// Counts per revolution of the motor that the default values state, where the hardware file has others.
+  std::optional<double> counts;
   ProtectionMask lost = 0;
   std::vector<ProtectionMask> missing;  ///< sets of protections of which the axis needs one (leastProtections())
 

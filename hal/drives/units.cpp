@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -88,6 +89,23 @@ std::optional<double> statedCounts(const StatedFactors& factors) {
   if (factors.encoder.isSet())
     return factors.encoder.value();
   return {};
+}
+
+std::optional<double> differingCounts(const StatedFactors& factors, const Gearing& gearing) {
+  const auto counts = statedCounts(factors);
+  return counts && factorDiffers(*counts, gearing.counts_per_revolution) ? counts : std::nullopt;
+}
+
+std::string describeCounts(double stated, const Gearing& gearing) {
+  char text[160];  // 10 digits: encoders have more than a million counts
+  std::snprintf(text, sizeof text,
+                "%.10g counts per revolution of its motor (608F, 6091, 6092), the hardware file says %.10g", stated,
+                gearing.counts_per_revolution);
+  return text;
+}
+
+bool factorDiffers(double stated, double expected) noexcept {
+  return std::abs(stated - expected) > 1e-3 * std::abs(expected);
 }
 
 Counts AxisUnits::toCounts(double joint) const noexcept {

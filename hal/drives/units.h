@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <utility>
 
 namespace tandem::hal {
@@ -64,6 +65,12 @@ struct StatedFactors {
 };
 /// Counts of 6064 per revolution of the motor: feed / gear, else the encoder's; nothing if neither is set.
 std::optional<double> statedCounts(const StatedFactors& factors);
+/// Those counts where the gearing of the hardware file has others.
+std::optional<double> differingCounts(const StatedFactors& factors, const Gearing& gearing);
+/// "2000 counts per revolution of its motor (608F, 6091, 6092), the hardware file says 4096".
+std::string describeCounts(double stated, const Gearing& gearing);
+/// A factor that a drive states is not this one; their numbers are rounded.
+bool factorDiffers(double stated, double expected) noexcept;
 
 /** A position in counts that a 32-bit object can hold, or the nearest one. */
 struct Counts {

@@ -2,6 +2,9 @@
 /** @file SDO configuration of drives and encoders, written and read back in state pre-operational. */
 #pragma once
 
+#include <array>
+#include <cstdint>
+
 #include "hal/canopen/node.h"
 #include "hal/hardware.h"
 
@@ -36,6 +39,15 @@ inline constexpr canopen::ObjectAddress kMaxTorque{0x6072, 0};
 inline constexpr canopen::ObjectAddress kHomingMethod{0x6098, 0};
 inline constexpr std::uint16_t kHomingMethods = 0x60E3;  ///< the supported ones, from sub-index 1
 }  // namespace objects
+
+/// @param value_of gives the value of an object; 0: absent
+template <class ValueOf>
+StatedFactors factorsFrom(const ValueOf& value_of) {
+  std::array<std::uint32_t, std::size(objects::kFactors)> read{};
+  for (std::size_t k = 0; k < read.size(); ++k)
+    read[k] = static_cast<std::uint32_t>(value_of(objects::kFactors[k]));
+  return {{read[0], read[1]}, {read[2], read[3]}, {read[4], read[5]}, {read[6], read[7]}, {read[8], read[9]}};
+}
 
 /// Setup of a drive. @param heartbeat_budget its time-out for the HAL's heartbeat, s.
 canopen::NodeSetup driveSetup(const HardwareConfig& hardware, const AxisConfig& axis, double heartbeat_budget);

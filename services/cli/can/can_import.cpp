@@ -295,6 +295,7 @@ int runImport(const ImportOptions& options) {
     throw Failure(kUsage, "--out: '" + options.out + "' exists: name another file, or use --force to replace it");
   Import job = prepareImport(options);
   const SheetCheck check = hal::checkSheet(job.sheet, job.hardware, job.drive, safety::Budgets{}.drive_heartbeat);
+  judgeCounts(job.drive, check, job.notes);
   judgeProfile(job.drive, check.lost, job.notes);
   const int code = check.boots() ? kOk : check.accessible() ? kNeedsAcceptance : kFailure;
   if (options.json) {

@@ -133,6 +133,14 @@ void judgeMaker(const config::DriveProfile& profile, Eds& sheet) {
   std::ranges::stable_sort(sheet.warnings, {}, &hal::canopen::FileWarning::line);
 }
 
+void judgeCounts(const hal::AxisConfig& drive, const hal::SheetCheck& check, std::vector<std::string>& notes) {
+  if (check.counts)
+    notes.push_back("by default the drive states " + hal::describeCounts(*check.counts, drive.gearing) + ": " +
+                    (drive.checks_counts ? "tandem-hal refuses to boot it until counts_per_revolution or the drive "
+                                           "is corrected"
+                                         : "tandem-hal logs that (checks_counts: false)"));
+}
+
 void judgeProfile(const hal::AxisConfig& drive, hal::ProtectionMask lost, std::vector<std::string>& notes) {
   if (!drive.foretold)
     return;

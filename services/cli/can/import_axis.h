@@ -8,6 +8,7 @@
 
 #include "config/axis_block.h"
 #include "hal/canopen/eds.h"
+#include "hal/cia402/sheet_check.h"
 #include "hal/hardware.h"
 
 namespace tandem::cli {
@@ -25,6 +26,9 @@ std::vector<std::string> takeFromSheet(const hal::canopen::Eds& sheet,
 
 /// Compares the maker and the product of a sheet with those of a profile; a difference becomes a warning of the sheet.
 void judgeMaker(const config::DriveProfile& profile, hal::canopen::Eds& sheet);
+
+/// Notes that a drive with the default values of its sheet would be refused for its counts per revolution.
+void judgeCounts(const hal::AxisConfig& drive, const hal::SheetCheck& check, std::vector<std::string>& notes);
 
 /// Compares what the profile of the axis says that its drive lacks with what its sheet lacks, in the mode of the axis.
 void judgeProfile(const hal::AxisConfig& drive, hal::ProtectionMask lost, std::vector<std::string>& notes);

@@ -171,6 +171,18 @@ class Import(system.SystemTest):
         self.assertTrue(any("velocities: rpm, of the hardware file or its profile" in note for note in report["notes"]), report["notes"])
         self.assertEqual(self.report(sheet("epos4-like"), code=0)["fill_in"], [])
 
+    def test_default_counts_that_the_hardware_file_does_not_have_are_named(self):
+        counts = [note for note in self.report(sheet("c5e-like"), code=0)["notes"] if "608F" in note]
+        self.assertEqual(counts, [])
+        path = self.folder / "coarse.eds"
+        text, count = re.subn(r"(\[608Fsub1\][^[]*?DefaultValue=)4096", r"\g<1>2000", sheet("c5e-like").read_bytes().decode("latin-1"))
+        self.assertEqual(count, 1)
+        path.write_bytes(text.encode("latin-1"))
+        counts = [note for note in self.report(path, code=0)["notes"] if "608F" in note]
+        self.assertEqual(len(counts), 1)
+        self.assertIn("by default the drive states 2000 counts per revolution of its motor (608F, 6091, 6092), the hardware file "
+                      "says 4096: tandem-hal refuses to boot it", counts[0])
+
     def test_a_sheet_of_another_maker_than_the_profile_warns_by_line(self):
         lines = sheet("gold-like").read_bytes().decode("latin-1").splitlines()
         line = {key: next(k for k, text in enumerate(lines, 1) if text.upper().startswith(key))
