@@ -24,6 +24,8 @@ std::string reason(Capability capability, const std::string& found) {
       return "each tip of " + found + " follows a reference of its own";
     case Capability::kComputation:
       return "planning before the motion is not available for " + found;
+    case Capability::kStability:
+      return "elastic stability is not computed for " + found;
   }
   return {};
 }

@@ -14,6 +14,7 @@ enum class Capability : std::uint8_t {
   kTips,         ///< each tip follows tasks of its own: trajectories, Cartesian commands, measured tips
   kCommonPath,   ///< the arms move a common object along a path: see Mechanism
   kComputation,  ///< inverse kinematics, feasibility, timing and clearance of trajectories: see planning/
+  kStability,    ///< distance of each arm from a snap to another equilibrium: see kinematics/stability.h
 };
 
 bool has(const config::Robot& robot, Capability capability);

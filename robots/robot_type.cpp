@@ -48,6 +48,14 @@ std::unique_ptr<kinematics::ArmModel> RobotType::makeModel(const config::Robot&,
   throw std::invalid_argument("found " + description() + ", expected a type with independent tips");
 }
 
+std::string RobotType::elasticModel() const { return {}; }
+
+std::string RobotType::tipColumn() const { return "stability"; }
+
+double RobotType::tipValue(const config::Robot&, int, const kinematics::JointsRef&, const kinematics::Tip& tip) const {
+  return tip.stability;
+}
+
 std::unique_ptr<Mechanism> RobotType::makeMechanism(const config::Robot&) const {
   throw std::invalid_argument("found " + description() + ", expected a type whose arms move a common object");
 }

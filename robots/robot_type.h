@@ -29,11 +29,19 @@ class RobotType {
 
   /// Wire value of a model that a deployment names.
   virtual idl::Model model(const std::string& name) const;
-  /// Model of one arm. Capability::kTips. @param name  as in deployment files: "rigid"
-  /// @throw std::invalid_argument for a model that the type does not have.
+  /// Model of one arm, of every type with Capability::kTips. @param name  as in deployment files: "rigid"
+  /// @throw std::invalid_argument "model: found ..." for a model that the type does not have.
   virtual std::unique_ptr<kinematics::ArmModel> makeModel(const config::Robot& robot,
                                                           int arm,
                                                           const std::string& name) const;
+  /// Name of the model in which a wrench deforms an arm; empty: none.
+  virtual std::string elasticModel() const;
+  /// The number beside the pose in tables of tips: its name, and its value. @param q  joints of the arm, m and rad
+  virtual std::string tipColumn() const;
+  virtual double tipValue(const config::Robot& robot,
+                          int arm,
+                          const kinematics::JointsRef& q,
+                          const kinematics::Tip& tip) const;
   /// Capability::kCommonPath. @param robot  outlives the mechanism
   virtual std::unique_ptr<Mechanism> makeMechanism(const config::Robot& robot) const;
   /// The grasped object; null: none.

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <stdexcept>
 #include <utility>
 
 #include "kinematics/tube_model.h"
@@ -30,8 +31,12 @@ class TubeType final : public RobotType {
   std::unique_ptr<kinematics::ArmModel> makeModel(const config::Robot& robot,
                                                   int arm,
                                                   const std::string& name) const override {
+    if (name != "rigid" && name != elasticModel())
+      throw std::invalid_argument("model: found '" + name + "', expected rigid or compliant for concentric tubes");
     return kinematics::makeArmModel(name, robot.arms[static_cast<std::size_t>(arm)].model);
   }
+
+  std::string elasticModel() const override { return "compliant"; }
 };
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "config/arm_names.h"
+#include "config/robot_files.h"
 #include "hal/arm_hardware.h"
 #include "safety/operating_state.h"
 #include "services/cli/can/can.h"
@@ -39,6 +40,7 @@ Json axisJson(const client::Snapshot& s, const config::Arm& arm, std::size_t k, 
   const std::size_t i = dds::jointIndex(static_cast<int>(k), static_cast<int>(j));
   Json json{{"arm", arm.name},
             {"joint", arm.joint_names[j]},
+            {"unit", arm.limits.isTranslation(static_cast<int>(j)) ? "m" : "rad"},
             {"state", stateText(s.hal, i)},
             {"position", s.state.position[i]},
             {"velocity", s.state.velocity[i]},
@@ -108,7 +110,7 @@ std::string monitorText(const Json& json) {
   text += line("%-8s %-8s %-22s %13s %10s %10s %6s %-6s  %s\n", "arm", "joint", "state", "position", "follow",
                "encoder", "deg C", "switch", "guards; last error");
   for (const Json& axis : json["axes"]) {
-    const bool translation = axis["joint"].get<std::string>()[0] == 'b';
+    const bool translation = axis["unit"] == "m";
     const double scale = translation ? 1e3 : 180.0 / std::numbers::pi;
     const std::string temperature =
         axis["temperature"].is_null() ? "" : line("%.0f", axis["temperature"].get<double>());
@@ -140,7 +142,7 @@ std::string monitorText(const Json& json) {
 int monitor(const MonitorCommand& options) {
   runtime::StopSignal stop;
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
-  const config::Robot robot = config::loadRobot(deployment.robot);
+  const config::Robot robot = config::loadAnyRobot(deployment);
   client::Client client(deployment);
   client.setInterrupt([&] { return stop.requested(); });
   const bool live = !options.once && !options.json && isatty(STDOUT_FILENO) != 0;

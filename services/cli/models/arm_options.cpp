@@ -8,20 +8,10 @@
 
 namespace tandem::cli {
 
-namespace {
-
-template <class Robot>
-const auto& named(const Robot& robot, const std::string& name) {
+const config::Arm& armOf(const config::Robot& robot, const std::string& name) {
   if (const auto k = config::findArm(robot, name))
     return robot.arms[*k];
   throw Failure(kUsage, "--arm: found '" + name + "', expected one of: " + config::armNames(robot));
-}
-
-}  // namespace
-
-const config::Arm& armOf(const config::Robot& robot, const std::string& name) { return named(robot, name); }
-const config::CatheterArm& armOf(const config::CooperativeRobot& robot, const std::string& name) {
-  return named(robot, name);
 }
 
 Eigen::VectorXd numbersOf(const std::string& option, const std::string& text, int count) {
@@ -59,7 +49,7 @@ std::string refusal(const config::Arm& arm, const experiments::CsvRow& row) {
   const safety::LimitViolation outside = safety::worstLimitViolation(arm.limits, q);
   if (outside.amount <= experiments::kViolation)
     return "";
-  return "outside the limits of the robot file (equation (1)): " +
+  return "outside the limits of the robot file" + std::string(arm.limits.rows.empty() ? "" : " (equation (1))") + ": " +
          safety::describe(outside, arm.limits, arm.joint_names.at(static_cast<std::size_t>(outside.joint))) +
          " outside";
 }

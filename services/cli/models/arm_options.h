@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "config/config.h"
-#include "config/cooperative.h"
 #include "experiments/csv.h"
 #include "kinematics/arm_model.h"
 
@@ -15,7 +14,6 @@ namespace tandem::cli {
 
 /// The arm of that name, or of arm_NAME. @throw Failure(kUsage) that lists the arms.
 const config::Arm& armOf(const config::Robot& robot, const std::string& name);
-const config::CatheterArm& armOf(const config::CooperativeRobot& robot, const std::string& name);
 
 /// Numbers of a list "1,2,3", finite. @throw Failure(kUsage) that names the option where there are not `count`.
 Eigen::VectorXd numbersOf(const std::string& option, const std::string& text, int count);

@@ -7,7 +7,6 @@
 #include "kinematics/compliant_model.h"
 #include "robots/robot_type.h"
 #include "services/cli/models/arm_options.h"
-#include "services/cli/models/fk.h"
 #include "services/cli/models/table.h"
 #include "services/cli/subcommand.h"
 
@@ -16,34 +15,64 @@ namespace {
 
 using kinematics::ModelStatus;
 
-using FkCommand = FkOptions;
+struct FkCommand {
+  std::string robot = "ark2024", arm = "a", model = "rigid", csv = "-", wrench;
+  bool jacobian = false, compliance = false, branch = false, follow = false, end_angles = false;
+  bool shape_details = false, json = false, millimetres = false;
+  int shape = 0;
+};
 
-void checkFk(const FkCommand& o, bool tubes) {
+/** One arm of a robot, with the model that the command names. */
+struct FkArm {
+  FkArm(const FkCommand& options, const config::Robot& of)
+      : file(armOf(of, options.arm)),
+        index(static_cast<int>(&file - of.arms.data())),
+        robot(of),
+        type(robots::typeOf(of)),
+        model(makeModel(options.model)) {}
+
+  const config::Arm& file;
+  int index;
+  const config::Robot& robot;
+  const robots::RobotType& type;
+  std::unique_ptr<kinematics::ArmModel> model;
+
+ private:
+  std::unique_ptr<kinematics::ArmModel> makeModel(const std::string& name) const {
+    try {
+      return type.makeModel(robot, index, name);
+    } catch (const std::invalid_argument& error) {
+      throw Failure(kUsage, "--" + std::string(error.what()));
+    }
+  }
+};
+
+void check(const FkCommand& o, const FkArm& arm) {
   const auto refuse = [](bool wrong, const std::string& why) {
     if (wrong)
       throw Failure(kUsage, why);
   };
-  refuse(o.model != "rigid" && o.model != "compliant",
-         "--model: found '" + o.model + "', expected rigid or compliant for concentric tubes");
   for (const auto& [given, option] :
        {std::pair(o.branch, "--branch"), {o.end_angles, "--end-angles"}, {o.shape_details, "--shape-details"}})
-    refuse(given && !tubes, std::string(option) + ": the arm has no tubes; leave it out");
-  const bool rigid = o.model == "rigid";
+    refuse(given && arm.file.model.tubes.empty(), std::string(option) + ": the arm has no tubes; leave it out");
+  const bool rigid = !arm.model->carriesLoad();
+  const std::string elastic = arm.type.elasticModel();
+  const std::string use = elastic.empty() ? "; leave it out" : "; loads and torsion need --model " + elastic;
   refuse(o.shape > 0 && o.jacobian, "--jacobian applies to the tip; remove --jacobian or --shape");
   refuse(o.shape > 0 && o.compliance, "--compliance applies to the tip; remove --compliance or --shape");
   refuse(o.shape > 0 && o.branch, "--branch applies to the tip; remove --branch or --shape");
   refuse(o.shape == 0 && o.shape_details, "--shape-details: needs --shape N");
-  refuse(rigid && !o.wrench.empty(), "--wrench: a rigid arm does not deform; use --model compliant");
-  refuse(rigid && o.compliance, "--compliance: a rigid arm has none; use --model compliant");
-  refuse(rigid && o.branch, "--branch: a rigid arm has one solution; use --model compliant");
-  refuse(rigid && o.end_angles, "--end-angles: a rigid arm does not twist; use --model compliant");
+  refuse(rigid && !o.wrench.empty(), "--wrench: the " + o.model + " model does not deform under a load" + use);
+  refuse(rigid && o.compliance, "--compliance: the " + o.model + " model has none" + use);
+  refuse(rigid && o.branch, "--branch: the " + o.model + " model has one solution" + use);
+  refuse(rigid && o.end_angles, "--end-angles: the " + o.model + " model does not twist" + use);
   refuse(o.end_angles && (o.shape > 0 || o.compliance || o.follow || !o.wrench.empty()),
          "--end-angles: determine the shape of an unloaded arm, one row at a time; leave out --shape, --compliance, "
          "--follow and --wrench");
 }
 
-std::vector<std::string> header(const FkCommand& options, const config::Arm& arm) {
-  const int n = arm.model.tubeCount();
+std::vector<std::string> header(const FkCommand& options, const FkArm& arm) {
+  const int n = arm.file.model.tubeCount();
   std::vector<std::string> names{"x", "y", "z", "qx", "qy", "qz", "qw"};
   if (options.shape > 0) {
     names.insert(names.begin(), {"row", "s"});
@@ -54,9 +83,9 @@ std::vector<std::string> header(const FkCommand& options, const config::Arm& arm
     }
     return names;
   }
-  names.push_back("stability");
+  names.push_back(arm.type.tipColumn());
   if (options.jacobian)
-    append(names, numbered("j", 6, arm.jointCount()));
+    append(names, numbered("j", 6, arm.file.jointCount()));
   if (options.compliance)
     append(names, numbered("c", 6, 6));
   if (options.end_angles)
@@ -72,22 +101,18 @@ std::vector<std::string> header(const FkCommand& options, const config::Arm& arm
 /** Answers rows; remembers the branch from row to row if asked to follow it. */
 class Answerer {
  public:
-  Answerer(const FkCommand& options, const config::Robot& robot, const config::Arm& arm)
-      : options_(options),
-        arm_(arm),
-        n_(arm.model.tubeCount()),
-        model_(robots::typeOf(robot).makeModel(robot, static_cast<int>(&arm - robot.arms.data()), options.model)) {
+  Answerer(const FkCommand& options, const FkArm& arm) : options_(options), arm_(arm), n_(arm.file.model.tubeCount()) {
     if (!options.wrench.empty())
       wrench_ = numbersOf("--wrench", options.wrench, 6);
   }
 
   std::string answer(const experiments::CsvRow& row, int index, Table& table) {
-    std::string why = options_.end_angles ? row.error : refusal(arm_, row);
+    std::string why = options_.end_angles ? row.error : refusal(arm_.file, row);
     if (!options_.follow)
       branch_ = {};
     first_ = !branch_.known;
     if (why.empty()) {
-      const Eigen::Map<const Eigen::VectorXd> q(row.values.data(), arm_.jointCount());
+      const Eigen::Map<const Eigen::VectorXd> q(row.values.data(), arm_.file.jointCount());
       why = options_.shape > 0 ? shape(q, index, table) : options_.end_angles ? fromEnds(q, table) : tip(q, table);
     }
     return why;
@@ -109,12 +134,17 @@ class Answerer {
     return "ok, snapped: the followed equilibrium ended between the previous row and this one; windings now" + windings;
   }
 
-  void addTip(const kinematics::Tip& tip, const std::vector<double>& more, const std::string& status, Table& table) {
+  /// @param more  numbers behind the Jacobian
+  void addTip(const kinematics::JointsRef& q,
+              const kinematics::Tip& tip,
+              const std::vector<double>& more,
+              const std::string& status,
+              Table& table) {
     std::vector<double> numbers = poseNumbers(tip.pose);
-    numbers.push_back(tip.stability);
+    numbers.push_back(arm_.type.tipValue(arm_.robot, arm_.index, q, tip));
     if (options_.jacobian) {
       for (int i = 0; i < 6; ++i) {
-        for (int j = 0; j < arm_.jointCount(); ++j)
+        for (int j = 0; j < arm_.file.jointCount(); ++j)
           numbers.push_back(tip.jacobian(i, j));
       }
     }
@@ -132,35 +162,36 @@ class Answerer {
 
   std::string tip(const kinematics::JointsRef& q, Table& table) {
     kinematics::LoadedTip tip;
-    const ModelStatus status = loaded() ? model_->loadedTip(q, wrench_, branch_, tip) : model_->tip(q, branch_, tip);
+    const ModelStatus status =
+        loaded() ? arm_.model->loadedTip(q, wrench_, branch_, tip) : arm_.model->tip(q, branch_, tip);
     const std::string text = statusOf(status, tip);
     if (status != ModelStatus::kOk)
       return text;
     std::vector<double> more;
     for (int i = 0; options_.compliance && i < 36; ++i)
       more.push_back(tip.compliance(i / 6, i % 6));
-    addTip(tip, more, text == "ok" ? okStatus() : text, table);
+    addTip(q, tip, more, text == "ok" ? okStatus() : text, table);
     return "";
   }
 
   std::string fromEnds(const kinematics::JointsRef& ends, Table& table) {
-    const auto& compliant = dynamic_cast<const kinematics::CompliantModel&>(*model_);
+    const auto& compliant = dynamic_cast<const kinematics::CompliantModel&>(*arm_.model);
     kinematics::Tip tip;
     Eigen::VectorXd q = ends;
     const ModelStatus status = compliant.tipFromEndAngles(ends, q.tail(n_), tip);
     const std::string text = statusOf(status, tip);
     if (status != ModelStatus::kOk)
       return text;
-    if (const std::string why = refusal(arm_, {0, {q.begin(), q.end()}, ""}); !why.empty())
+    if (const std::string why = refusal(arm_.file, {0, {q.begin(), q.end()}, ""}); !why.empty())
       return why;
     branch_.end_angle.head(n_) = ends.tail(n_);
-    addTip(tip, {q.end() - n_, q.end()}, text, table);
+    addTip(q, tip, {q.end() - n_, q.end()}, text, table);
     return "";
   }
 
   std::string shape(const kinematics::JointsRef& q, int row, Table& table) {
     std::vector<kinematics::ShapePoint> shape;
-    const ModelStatus status = model_->shape(q, wrench_, branch_, options_.shape, shape);
+    const ModelStatus status = arm_.model->shape(q, wrench_, branch_, options_.shape, shape);
     if (status != ModelStatus::kOk)
       return std::string(kinematics::describe(status));
     const std::string text = okStatus();
@@ -178,40 +209,25 @@ class Answerer {
   }
 
   const FkCommand& options_;
-  const config::Arm& arm_;
-  int n_;
-  std::unique_ptr<kinematics::ArmModel> model_;
+  const FkArm& arm_;
+  int n_;  ///< number of tubes
   kinematics::Wrench wrench_ = kinematics::Wrench::Zero();
   kinematics::Branch branch_;
   bool first_ = true;  ///< no answer yet on this path
   bool all_ok_ = true;
 };
 
-int runFk(const FkCommand& options) {
-  const std::filesystem::path file = config::findFile(options.robot, config::robotKinds());
-  if (config::kindOf(file) == "cooperative")
-    return catheterFk(options, file);
-  const config::Robot robot = config::loadAnyRobot(file);
-  const config::Arm& arm = armOf(robot, options.arm);
-  checkFk(options, !arm.model.tubes.empty());
-  Answerer answerer(options, robot, arm);
-  Table table(std::cout, header(options, arm), options.json, options.millimetres);
-  const bool answered = answerRows(options, jointColumns(arm, "", options.end_angles),
-                                   std::bind_front(&Answerer::answer, &answerer), table);
-  return answered && answerer.allOk() ? kOk : kFailure;
-}
-
-}  // namespace
-
-bool answerRows(const FkOptions& options,
+/// Answers all rows of a file; one without an answer has blanks and the reason, and among points of a shape its number.
+/// @return whether all have an answer  @param columns  joints of a row
+bool answerRows(const FkCommand& options,
                 const std::vector<config::CsvColumn>& columns,
-                const AnswerRow& answer,
+                Answerer& answerer,
                 Table& table) {
   const auto input = openInput(options.csv);
   bool all = true;
   int index = 0;
   for (const experiments::CsvRow& row : experiments::readRows(*input, columns, options.csv)) {
-    const std::string why = answer(row, ++index, table);
+    const std::string why = answerer.answer(row, ++index, table);
     if (why.empty())
       continue;
     all = false;
@@ -225,6 +241,18 @@ bool answerRows(const FkOptions& options,
   table.finish();
   return all;
 }
+
+int runFk(const FkCommand& options) {
+  const config::Robot robot = config::loadAnyRobot(config::findFile(options.robot, config::robotKinds()));
+  const FkArm arm(options, robot);
+  check(options, arm);
+  Answerer answerer(options, arm);
+  Table table(std::cout, header(options, arm), options.json, options.millimetres);
+  const bool answered = answerRows(options, jointColumns(arm.file, "", options.end_angles), answerer, table);
+  return answered && answerer.allOk() ? kOk : kFailure;
+}
+
+}  // namespace
 
 void registerFk(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<FkCommand>();

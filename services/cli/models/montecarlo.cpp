@@ -13,6 +13,7 @@
 #include "config/robot_files.h"
 #include "control/method_names.h"
 #include "experiments/montecarlo.h"
+#include "robots/capability.h"
 #include "services/cli/legend.h"
 #include "services/cli/models/figure.h"
 #include "services/cli/models/parallel.h"
@@ -173,7 +174,9 @@ ex::LoopOptions loopOf(const MonteCarloCommand& options, const config::Deploymen
 
 std::vector<ex::TaskResult> runShards(const MonteCarloCommand& options) {
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
-  config::Robot robot = config::loadRobot(deployment.robot);
+  config::Robot robot = config::loadAnyRobot(deployment.robot);
+  if (const std::string why = refusal(robot, robots::Capability::kComputation); !why.empty())
+    throw Failure(kUsage, why);
   setParameters(options, robot.parameters);
   const ex::MonteCarlo run{options.seed,    options.tasks,      options.infeasible,
                            options.posture, methodsOf(options), furtherOf(options, robot.arms.size()),

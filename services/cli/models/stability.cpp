@@ -7,7 +7,9 @@
 #include <iostream>
 #include <numbers>
 
+#include "config/robot_files.h"
 #include "kinematics/compliant_model.h"
+#include "robots/capability.h"
 #include "services/cli/models/arm_options.h"
 #include "services/cli/models/figure.h"
 #include "services/cli/models/parallel.h"
@@ -198,7 +200,9 @@ int runMap(StabilityCommand options, const config::Arm& arm) {
 
 int runStability(const StabilityCommand& options) {
   checkStability(options);
-  const config::Robot robot = config::loadRobot(config::findFile(options.robot, "robot"));
+  const config::Robot robot = config::loadAnyRobot(config::findFile(options.robot, config::robotKinds()));
+  if (const std::string why = refusal(robot, robots::Capability::kStability); !why.empty())
+    throw Failure(kUsage, why);
   const config::Arm& arm = armOf(robot, options.arm);
   if (options.map)
     return runMap(options, arm);

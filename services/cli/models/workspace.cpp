@@ -6,7 +6,9 @@
 #include <iostream>
 #include <map>
 
+#include "config/robot_files.h"
 #include "kinematics/tube_model.h"
+#include "robots/capability.h"
 #include "services/cli/models/arm_options.h"
 #include "services/cli/models/figure.h"
 #include "services/cli/models/parallel.h"
@@ -186,7 +188,9 @@ void printWorkspace(const WorkspaceCommand& options, const Json& summary) {
 }
 
 int runWorkspace(WorkspaceCommand options) {
-  const config::Robot robot = config::loadRobot(config::findFile(options.robot, "robot"));
+  const config::Robot robot = config::loadAnyRobot(config::findFile(options.robot, config::robotKinds()));
+  if (const std::string why = refusal(robot, robots::Capability::kComputation); !why.empty())
+    throw Failure(kUsage, why);
   std::vector<ArmReach> arms;
   const bool all = options.arm == "all" || options.arm == "both";
   if (options.arm == "both" && robot.arms.size() != 2)

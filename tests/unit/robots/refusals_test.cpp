@@ -17,16 +17,28 @@ namespace {
 constexpr std::pair<Capability, const char*> kFunctions[] = {
     {Capability::kTips,
      "tasks of tips: trajectories, CRTK and teleoperation of a tip, measured tips, `tandem experiment`, `tandem "
-     "solve`, "
-     "`tandem montecarlo`, Python"},
+     "solve`, Python"},
     {Capability::kCommonPath, "a path of the common object: `tandem cooperative`, `tandem robot run` of a path"},
-    {Capability::kComputation, "computations before a motion: `tandem plan`, `tandem robot run --planned`"},
+    {Capability::kComputation,
+     "computations before a motion: `tandem plan`, `tandem robot run --planned`, `tandem montecarlo`, `tandem "
+     "workspace`"},
+    {Capability::kStability, "elastic stability: `tandem stability`"},
 };
 
-/// One robot of each kind of file that differs in its tasks.
-const std::vector<std::string> kRobots{
-    "robots/ark2024",     "robots/timc2024",           "robots/handheld",
-    "planar/planar-pair", "cooperative/ablation-pair", "cooperative/ablation-assist"};
+/// Presets that differ in their tasks, at least one of each type.
+std::vector<std::string> exampleRobots() {
+  std::vector<std::string> names{"robots/ark2024",     "robots/timc2024",           "robots/handheld",
+                                 "planar/planar-pair", "cooperative/ablation-pair", "cooperative/ablation-assist"};
+  for (const config::RobotFile& type : config::robotFiles()) {
+    const std::string folder = type.presets + "/";
+    if (std::ranges::any_of(names, [&](const std::string& name) { return name.starts_with(folder); }))
+      continue;
+    for (const auto& file : std::filesystem::directory_iterator(std::filesystem::path(TANDEM_PRESETS) / type.presets))
+      names.push_back(folder + file.path().stem().string());
+  }
+  return names;
+}
+const std::vector<std::string> kRobots = exampleRobots();
 
 config::Robot robotOf(const std::string& name) {
   return config::loadAnyRobot(std::filesystem::path(TANDEM_PRESETS) / (name + ".yaml"));

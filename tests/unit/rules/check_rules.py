@@ -61,9 +61,15 @@ FORBIDDEN = re.compile(r"std::(?:cout|cerr|clog|printf|this_thread|thread|jthrea
                        r"|\bsleep_(?:for|until)\b|\b(?:u|nano)?sleep\s*\(|\bf?printf\s*\(|<iostream>"
                        r"|\bsystem_clock\b")
 
-# Types of robots: other code checks capabilities (robots/capability.h).
-ROBOT_TYPE = re.compile(r"\brobot\w*(?:\.|->)(?:type|data)\b")
-KNOWS_TYPES = ["robots", "config", "tests"]
+# Types of robots and their loaders, as the table of config/ lists them. Other code checks capabilities (robots/capability.h) and calls
+# loadAnyRobot(). "robot" is also a kind of `tandem new`.
+TYPES = re.findall(r'\{"(\w+)", "\w+", \w+, (load\w+),',
+                   (pathlib.Path(__file__).resolve().parents[3] / "config/robot_files.cpp").read_text(encoding="utf-8"))
+TYPE_NAME = '"(?:' + "|".join(name for name, _ in TYPES if name != "robot") + ')"'
+ROBOT_TYPE = re.compile(r"\brobot\w*(?:\.|->)(?:type|data)\b"
+                        rf"|[=!]= *{TYPE_NAME}|{TYPE_NAME} *[=!]="
+                        rf"|\b(?:loadCooperative|{'|'.join(loader for _, loader in TYPES)})\(")
+KNOWS_TYPES = ["robots", "config", "tests", "bench", "services/cli/models/cooperative.cpp"]
 
 # Namespace of a folder below `tandem`; the others have the name of their folder, or of a folder above it. Services whose folder is named
 # like a library have a suffix: inside tandem::control no other namespace of that name would be found.
