@@ -18,7 +18,7 @@
 #include "services/cli/models/arm_options.h"
 #include "services/cli/models/cooperative.h"
 #include "services/cli/models/figure.h"
-#include "services/cli/models/path_runner.h"
+#include "services/cli/models/path_experiment.h"
 #include "services/cli/models/table.h"
 #include "services/cli/subcommand.h"
 
@@ -229,7 +229,8 @@ TrackRecord trackOverDds(const TrackCommand& o,
   const TemporaryDeployment own(robot.file, options.parameters.period, options.gain, options.method);
   TrackRecord record;
   withProcesses(own.deployment(), o.log, [&](const std::function<bool()>& interrupted) {
-    record = PathRunner(own.deployment(), interrupted).run(mechanism, path, options, progress);
+    ExperimentRunner runner(own.deployment(), interrupted, false);
+    record = runPath(runner, mechanism, path, options, progress);
   });
   return record;
 }

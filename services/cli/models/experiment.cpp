@@ -19,8 +19,8 @@
 #include "services/cli/deployment/domain.h"
 #include "services/cli/deployment/supervisor.h"
 #include "services/cli/legend.h"
-#include "services/cli/models/experiment_runner.h"
 #include "services/cli/models/figure.h"
+#include "services/cli/models/trajectory_experiment.h"
 #include "services/cli/subcommand.h"
 #include "services/runtime/method_library.h"
 #include "services/runtime/process.h"
@@ -242,9 +242,10 @@ int runExperiment(ExperimentCommand options) {
                                 "', in the deployment and in the experiment; use the same file in both");
     useOwnDomain(deployment);
     withProcesses(deployment, options.log, [&](const std::function<bool()>& interrupted) {
-      ExperimentRunner runner(deployment, robot, model, interrupted);
+      ExperimentRunner runner(deployment, interrupted, true);
+      TrajectoryExperiment trajectories(runner, robot, model);
       summaries = runPlans(options, robot, plans,
-                           [&](const auto& plan, const auto& progress) { return runner.run(plan, progress); });
+                           [&](const auto& plan, const auto& progress) { return trajectories.run(plan, progress); });
     });
   }
   const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
