@@ -13,20 +13,24 @@
 namespace tandem::config {
 namespace {
 
-/// The group and the axis of a file: nodes of the document.
-struct Found {
-  YAML::Node group, axis;
+/// Place of an axis in a file: keys and indices.
+struct Place {
+  const char* kind;  ///< "translations"
+  std::size_t group, axis;
 };
 
-Found findAxis(const YAML::Node& text,
+Place findAxis(const YAML::Node& text,
                const std::filesystem::path& file,
                const hal::HardwareConfig& hardware,
                const hal::AxisConfig& of) {
   const std::string& bus = hardware.buses.at(static_cast<std::size_t>(of.bus)).name;
-  for (const YAML::Node& group : text[of.translation ? "translations" : "rotations"]) {
-    for (const YAML::Node& axis : group["axes"]) {
+  const char* kind = of.translation ? "translations" : "rotations";
+  const YAML::Node& groups = text[kind];
+  for (std::size_t g = 0; g < groups.size(); ++g) {
+    for (std::size_t a = 0; a < groups[g]["axes"].size(); ++a) {
+      const YAML::Node& axis = groups[g]["axes"][a];
       if (axis["bus"].as<std::string>("") == bus && axis["node"].as<int>(0) == of.node)
-        return {group, axis};
+        return {kind, g, a};
     }
   }
   throw std::runtime_error(file.string() + ": found no axis with bus " + bus + " and node " + std::to_string(of.node) +
@@ -67,18 +71,9 @@ AxisOrigin originIn(const Map& drive, const std::filesystem::path& file) {
 }  // namespace
 
 AxisOrigin originOf(const std::filesystem::path& file, const hal::HardwareConfig& hardware, std::size_t axis) {
-  const hal::AxisConfig& of = hardware.axes.at(axis);
-  const std::string& bus = hardware.buses.at(static_cast<std::size_t>(of.bus)).name;
+  const Place place = findAxis(YAML::LoadFile(file.string()), file, hardware, hardware.axes.at(axis));
   Document document(file.string(), readFile(file));
-  for (const Map& group : document.check(hardwareTable()).maps(of.translation ? "translations" : "rotations")) {
-    for (const Map& one : group.maps("axes")) {
-      if (one.text("bus") == bus && one.integer("node") == of.node)
-        return originIn(group.map("drive"), file);
-    }
-  }
-  throw Error(
-      file.string(), 1, 1, "",
-      "found no axis with bus " + bus + " and node " + std::to_string(of.node) + ", expected that of " + of.name);
+  return originIn(document.check(hardwareTable()).maps(place.kind)[place.group].map("drive"), file);
 }
 
 std::string axisBlock(const std::filesystem::path& file,
@@ -88,11 +83,10 @@ std::string axisBlock(const std::filesystem::path& file,
                       const std::string& mode,
                       const std::vector<std::string>& fill_in) {
   const hal::AxisConfig& from = hardware.axes.at(axis);
-  const std::string kind = from.translation ? "translations" : "rotations";
   const YAML::Node text = YAML::LoadFile(file.string());
-  const Found place = findAxis(text, file, hardware, from);
-  Found found{YAML::Clone(place.group), YAML::Clone(place.axis)};
-  YAML::Node of_group = found.group["drive"];
+  const Place place = findAxis(text, file, hardware, from);
+  YAML::Node old_group = YAML::Clone(text[place.kind][place.group]), old_axis = old_group["axes"][place.axis];
+  YAML::Node of_group = old_group["drive"];
   setIdentity(of_group, "vendor", drive.identity.vendor);
   setIdentity(of_group, "product", drive.identity.product);
   setIdentity(of_group, "revision", drive.identity.revision);
@@ -111,17 +105,17 @@ std::string axisBlock(const std::filesystem::path& file,
     of_group.remove("temperature_object");
     of_group.remove("temperature_scale");
   }
-  found.axis["node"] = drive.node;
-  found.axis.remove("serial");  // of the drive that is replaced
+  old_axis["node"] = drive.node;
+  old_axis.remove("serial");  // of the drive that is replaced
   of_group.SetStyle(YAML::EmitterStyle::Block);
-  found.axis.SetStyle(YAML::EmitterStyle::Block);
+  old_axis.SetStyle(YAML::EmitterStyle::Block);
   YAML::Node group;
   group["drive"] = of_group;
-  if (found.group["encoder"])
-    group["encoder"] = found.group["encoder"];
-  group["axes"].push_back(found.axis);
+  if (old_group["encoder"])
+    group["encoder"] = old_group["encoder"];
+  group["axes"].push_back(old_axis);
   YAML::Node block;
-  block[kind].push_back(group);
+  block[place.kind].push_back(group);
   YAML::Emitter out;
   out << block;
   return std::string(out.c_str()) + "\n";
@@ -141,7 +135,8 @@ std::string withDirectionsReversed(const std::filesystem::path& file,
     }
   }
   for (const hal::AxisConfig* axis : axes) {
-    YAML::Node found = findAxis(text, file, hardware, *axis).axis;
+    const Place place = findAxis(text, file, hardware, *axis);
+    YAML::Node found = text[place.kind][place.group]["axes"][place.axis];
     found["reversed"] = !axis->gearing.reversed;
     if (axis->encoder)
       found["encoder_reversed"] = !axis->encoder->gearing.reversed;

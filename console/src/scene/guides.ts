@@ -156,9 +156,4 @@ export class Guides {
     for (const body of clearances?.bodies ?? []) this.near.add(body.place, body.other_place);
     this.near.show();
   }
-
-  targetOf(arm: number): THREE.Vector3 | null {
-    const target = this.targets[arm];
-    return target?.visible ? target.position : null;
-  }
 }

@@ -35,7 +35,7 @@ Eigen::MatrixXd pathOf(const PlanSetup& setup, const dds::ComputationResult& res
 
 /// Freedom of the tasks along a checked trajectory; empty without further tasks: IK then says it all.
 std::vector<planning::TaskFreedom> freedomOf(const PlanSetup& setup, const dds::ComputationResult& result) {
-  const planning::TrajectorySpec spec = setup.trajectory();
+  const planning::TrajectorySpec& spec = setup.trajectory();
   if (spec.further.empty() || !result.report.start.empty())
     return {};
   return planning::taskFreedom({setup.model().models(), setup.model().limits()}, spec, pathOf(setup, result));
@@ -43,7 +43,7 @@ std::vector<planning::TaskFreedom> freedomOf(const PlanSetup& setup, const dds::
 
 /// Deviation from the path of the leader, of an insertion or a task that follows one.
 std::optional<LeaderPrediction> leaderOf(const PlanSetup& setup, const dds::ComputationResult& result) {
-  const planning::TrajectorySpec spec = setup.trajectory();
+  const planning::TrajectorySpec& spec = setup.trajectory();
   const bool follows = std::holds_alternative<planning::Insertion>(spec.shape) ||
                        std::ranges::any_of(spec.further, &planning::FurtherTask::follows_leader);
   if (!follows || !result.report.start.empty())

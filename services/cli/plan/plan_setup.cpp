@@ -44,7 +44,14 @@ PlanSetup::PlanSetup(const PlanOptions& options)
       deployment_(deploymentOf(options)),
       robot_(robotOf(deployment_ ? deployment_->robot : config::findFile(options.robot, config::robotKinds()))),
       model_name_(deployment_ ? deployment_->model : options.model),
-      model_(robot_, model_name_) {}
+      model_(robot_, model_name_) {
+  if (options.file.empty())
+    return;
+  const auto file = config::findFile(options.file, "trajectory");
+  trajectory_ = config::loadTrajectory(file);
+  if (const std::string wrong = config::findArms(trajectory_, robot_); !wrong.empty())
+    throw Failure(kUsage, file.string() + ": " + wrong + " (robot " + robot_.name + ")");
+}
 
 /// Empty: the robot's present joint positions.
 std::vector<double> PlanSetup::startOf(const std::string& from, const std::string& joints) const {
@@ -79,14 +86,6 @@ std::vector<double> PlanSetup::startOf(const std::string& from, const std::strin
                             experiment.file.string() + ": " + known);
 }
 
-planning::TrajectorySpec PlanSetup::trajectory() const {
-  const auto file = config::findFile(options_.file, "trajectory");
-  planning::TrajectorySpec spec = config::loadTrajectory(file);
-  if (const std::string wrong = config::findArms(spec, robot_); !wrong.empty())
-    throw Failure(kUsage, file.string() + ": " + wrong + " (robot " + robot_.name + ")");
-  return spec;
-}
-
 std::string PlanSetup::method() const {
   if (!options_.method.empty())
     return options_.method;
@@ -97,7 +96,7 @@ dds::ComputationRequest PlanSetup::request(dds::ComputationKind kind) const {
   dds::ComputationRequest request;
   request.kind = static_cast<std::uint8_t>(kind);
   if (!options_.file.empty())
-    request.trajectory = config::formatTrajectory(trajectory());
+    request.trajectory = config::formatTrajectory(trajectory_);
   request.joints = startOf(options_.from, options_.joints);
   request.stability = options_.stability;
   request.arms_may_touch = options_.no_clearance ? 1 : 0;

@@ -31,7 +31,8 @@ struct PlanOptions {
 /** Robot, model and requirements of a planning computation. Ctrl-C cancels it. */
 class PlanSetup {
  public:
-  /// @throw Failure or config::Error that names the option or the place in the file.
+  /// @throw Failure, also for a trajectory of other arms, or config::Error: each names the option or the place in the
+  /// file.
   explicit PlanSetup(const PlanOptions& options);
   PlanSetup(const PlanSetup&) = delete;
   PlanSetup& operator=(const PlanSetup&) = delete;
@@ -40,8 +41,8 @@ class PlanSetup {
   const robots::RobotModel& model() const { return model_; }
   /// Request with the requirements of the options, and the trajectory in options.file if given.
   dds::ComputationRequest request(dds::ComputationKind kind) const;
-  /// The trajectory in options.file, with its arms. @throw Failure for one of other arms, config::Error
-  planning::TrajectorySpec trajectory() const;
+  /// The trajectory in options.file, with its arms.
+  const planning::TrajectorySpec& trajectory() const { return trajectory_; }
   /// Method of the rehearsal.
   std::string method() const;
   /// Computes here, or in the running system. @throw Failure if the computation is cancelled, refused or fails.
@@ -57,6 +58,7 @@ class PlanSetup {
   config::Robot robot_;
   std::string model_name_;
   robots::RobotModel model_;
+  planning::TrajectorySpec trajectory_;
 };
 
 /// Progress line on standard error: rewritten on a terminal; elsewhere the first line and one per tenth.
