@@ -115,7 +115,7 @@ teleoperation::ForbiddenRegion readRegion(const Map& map) {
     const Map half = map.map("half_space");
     auto shape = half.read<teleoperation::HalfSpace>();
     if (!(shape.normal.norm() > 0.0))
-      half.fail("normal", "found a vector of length 0, expected a direction");
+      half.fail("normal", "found a vector of length 0, expected a direction, e.g. [0, 0, 1]");
     shape.normal.normalize();
     region.shape = shape;
   } else {

@@ -94,7 +94,8 @@ void readTasks(const Map& map, planning::TrajectorySpec& spec) {
     const Map& own = tasks[static_cast<std::size_t>(relative)];
     const auto arms = own.read<TrajectoryTask>().relative;
     if (arms[0] != spec.arm_name)
-      own.fail("relative", "found another arm first than the one that follows the shape, expected the same", 0);
+      own.fail("relative",
+               "found another arm first than the one that follows the shape, expected " + spec.arm_name + " first", 0);
     spec.other_arm_name = arms[1];
   } else if (map.has("relative")) {
     map.fail("relative", "found without a task `relative: [a, b]`, expected such a task, or no such key");

@@ -172,8 +172,8 @@ std::vector<TaskResult> readResults(std::istream& in, const std::string& origin)
     const std::string place = origin + ":" + std::to_string(number) + ":";
     Fields fields(line, place, columns);
     if (fields.count() != columns.size()) {
-      throw std::invalid_argument(place + " found " + std::to_string(fields.count()) + " columns, expected " +
-                                  std::to_string(columns.size()));
+      throw std::invalid_argument(place + " found " + std::to_string(fields.count()) + " columns, expected the " +
+                                  std::to_string(columns.size()) + " of the header; the file may be incomplete");
     }
     results.push_back(readRow(fields));
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Lateral play of an arm's tip, from the clearance between its tubes. */
+/** @file Lateral displacement of an arm's tip within the clearance between its tubes. */
 #pragma once
 
 #include "kinematics/arm_model.h"

@@ -24,7 +24,8 @@ std::string nameOf(int number, PdoDirection direction) {
 
 void requireNumber(int number, PdoDirection direction) {
   if (number < 1 || number > kMaxNumber)
-    throw std::invalid_argument(nameOf(number, direction) + ": found this number, expected 1 to 512");
+    throw std::invalid_argument(nameOf(number, direction) + ": found " + std::to_string(number) +
+                                " as its number, expected 1 to 512");
 }
 
 /// A step that writes 0 is optional: the node may lack the object.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Values that a hardware file writes to a drive beside those of the HAL. */
+/** @file SDO writes of a hardware file or drive profile: values that a drive gets at boot beside those of the HAL. */
 #pragma once
 
 #include <cstdint>

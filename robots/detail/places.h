@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Places along a catheter, for drawing. */
+/** @file Points along a catheter, for display. */
 #pragma once
 
 #include <vector>

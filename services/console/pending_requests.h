@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Requests of clients whose replies are awaited, and the numbers by which a reply is matched. No sockets here.
- */
+/** @file Requests that wait for a reply, and the numbers that match replies to them. Without sockets. */
 #pragma once
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Lines of the log for what clients request. A process that has just started and ends at once is in it, too:
- * control has its request, while other readers may not have discovered it yet. */
+/** @file Log lines for requests of clients. Control writes them because it has received each request; other processes
+ * may not yet have discovered a client that has just started. */
 #pragma once
 
 #include <map>

@@ -121,7 +121,7 @@ void HalCore::takeMeasurement(int arm, HalAnswer& answer) noexcept {
       return refuse(answer, dds::ReplyCode::kWrongState, name, ": the joint moves; measure it at standstill");
     case hal::MeasurementAnswer::kOtherReference:
       return refuse(answer, dds::ReplyCode::kMalformed, name,
-                    ": the hardware file names another `reference`, expected `measured`");
+                    ": found another `reference` in the hardware file, expected `reference: measured`");
     case hal::MeasurementAnswer::kOutside:
       return refuse(answer, dds::ReplyCode::kOutsideLimits, name,
                     ": the position is farther outside the limits than they are apart; check its unit");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file tandem-planning: trajectories and relative poses of two tips, as references for control. */
+/** @file tandem-planning: executes trajectories and paths as references for control, and computes plans. */
 #include <spdlog/spdlog.h>
 
 #include <atomic>

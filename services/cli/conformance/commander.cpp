@@ -209,7 +209,9 @@ void Commander::request(safety::DriveRequest request, safety::OperatingState wan
   }
   const double waited = 1e-9 * static_cast<double>(runtime::monotonicNow() - start);
   throw Failure(kFailure,
-                fmt::format("{:.1f} s after the request: {}, expected {}", waited, found, safety::name(wanted)));
+                fmt::format("{:.1f} s after the request of a state: found {}, expected {} of every arm; see `tandem "
+                            "status`",
+                            waited, found, safety::name(wanted)));
 }
 
 Commander::Change Commander::slowly() {

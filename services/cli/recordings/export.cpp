@@ -92,7 +92,10 @@ std::vector<std::uint64_t> alignedTimes(const ExportCommand& options,
       if (table.topic == options.align)
         return table.log_times;
     }
-    throw Failure(kUsage, "--align: topic '" + options.align + "' is not in the recording, or not among --topics");
+    std::string topics;
+    for (const recording::Table& table : tables)
+      topics += (topics.empty() ? "" : ", ") + table.topic;
+    throw Failure(kUsage, "--align: found '" + options.align + "', expected an exported topic: " + topics);
   }
   std::vector<std::uint64_t> times;
   const double step = 1e9 / options.resample;

@@ -213,8 +213,10 @@ int commission(const CommissionCommand& options) {
   const runtime::StopSignal stop;
   const config::Deployment deployment = runtime::loadDeployment(options.deployment);
   if (deployment.hardware.empty())
-    throw Failure(kUsage,
-                  "deployment " + deployment.name + " has no `hardware`: expected one with tandem-hal and drives");
+    throw Failure(
+        kUsage,
+        "deployment " + deployment.name +
+            " has no `hardware`; expected a deployment with a hardware file and tandem-hal, see docs/hardware.md");
   const config::Robot robot = config::loadAnyRobot(deployment);
   const hal::HardwareConfig hardware =
       config::loadHardware(deployment.hardware, deployment.budgets.drive_heartbeat, false);
