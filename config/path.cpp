@@ -27,7 +27,7 @@ planning::ObjectPath readPath(const Map& map) {
 
 const Mapping& pathTable() {
   static const Mapping table = [] {
-    using planning::Hold;
+    using planning::Kept;
     using planning::PathShape;
     using P = planning::ObjectPath;
     Words<int> directions;
@@ -57,7 +57,7 @@ const Mapping& pathTable() {
             text("hold",
                  "components held constant besides the directions: none, places (position), all (position and "
                  "orientation)",
-                 named({Hold::kNone, Hold::kPlaces, Hold::kAll}), &P::held),
+                 named({Kept::kNone, Kept::kPosition, Kept::kAll}), &P::kept),
         }};
   }();
   return table;
@@ -84,7 +84,7 @@ std::string formatPath(const planning::ObjectPath& path) {
   out << YAML::EndSeq;
   out << YAML::Key << "size_m" << YAML::Value << exact(path.size);
   out << YAML::Key << "duration_s" << YAML::Value << exact(path.duration);
-  out << YAML::Key << "hold" << YAML::Value << nameOf(path.held) << YAML::EndMap;
+  out << YAML::Key << "hold" << YAML::Value << nameOf(path.kept) << YAML::EndMap;
   return std::string(out.c_str()) + "\n";
 }
 

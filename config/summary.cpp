@@ -159,7 +159,7 @@ Summary summarize(const planning::ObjectPath& path) {
   return {"path",
           "path " + path.name + ": " + nameOf(path.shape) + " along " + join(directions) + " of " +
               formatNumber(1e3 * path.size) + " mm in " + formatNumber(path.duration) +
-              " s, held: " + nameOf(path.held),
+              " s, held: " + nameOf(path.kept),
           {}};
 }
 

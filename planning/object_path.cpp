@@ -15,7 +15,7 @@ namespace {
 constexpr double kPi = std::numbers::pi;
 constexpr std::array<const char*, 6> kDirections{"x", "y", "z", "rx", "ry", "rz"};
 constexpr std::array<const char*, 3> kShapes{"line", "circle", "lissajous"};
-constexpr std::array<const char*, 3> kHolds{"none", "places", "all"};
+constexpr std::array<const char*, 3> kKept{"none", "places", "all"};
 
 /// @throw std::invalid_argument with the message if the name is not among them.
 template <std::size_t N>
@@ -40,11 +40,11 @@ PathShape pathShape(const std::string& name) {
 
 std::string nameOf(PathShape shape) { return kShapes.at(static_cast<std::size_t>(shape)); }
 
-Hold holdOf(const std::string& name) {
-  return static_cast<Hold>(indexOf(kHolds, name, "hold: found '" + name + "', expected none, places or all"));
+Kept keptOf(const std::string& name) {
+  return static_cast<Kept>(indexOf(kKept, name, "hold: found '" + name + "', expected none, places or all"));
 }
 
-std::string nameOf(Hold hold) { return kHolds.at(static_cast<std::size_t>(hold)); }
+std::string nameOf(Kept kept) { return kKept.at(static_cast<std::size_t>(kept)); }
 
 int directionOf(const std::string& name) {
   return indexOf(kDirections, name, "direction: found '" + name + "', expected one of x, y, z, rx, ry, rz");
@@ -103,8 +103,8 @@ void ObjectPath::at(double time, Twist& displacement, Twist& rate) const {
 std::vector<int> ObjectPath::tracked() const {
   std::vector<int> rows;
   for (int k = 0; k < 6; ++k) {
-    const bool kept = held == Hold::kAll || (held == Hold::kPlaces && k < 3);
-    if (kept || std::ranges::find(directions, k) != directions.end())
+    const bool is_kept = kept == Kept::kAll || (kept == Kept::kPosition && k < 3);
+    if (is_kept || std::ranges::find(directions, k) != directions.end())
       rows.push_back(k);
   }
   return rows;

@@ -18,14 +18,14 @@ PathShape pathShape(const std::string& name);
 std::string nameOf(PathShape shape);
 
 /** Components that are kept constant although the path does not move along them. */
-enum class Hold {
-  kNone,    ///< the other components follow from contacts and posture
-  kPlaces,  ///< the three components of the position
-  kAll      ///< position and orientation
+enum class Kept {
+  kNone,      ///< the other components follow from contacts and posture
+  kPosition,  ///< the three components of the position
+  kAll        ///< position and orientation
 };
 /// @throw std::invalid_argument for another name than none, places, all.
-Hold holdOf(const std::string& name);
-std::string nameOf(Hold hold);
+Kept keptOf(const std::string& name);
+std::string nameOf(Kept kept);
 
 /** x, y, z, rx, ry, rz by index 0 to 5. @throw std::invalid_argument for another name. */
 int directionOf(const std::string& name);
@@ -45,7 +45,7 @@ struct ObjectPath {
   double size = 5e-3;           ///< m
   double duration = 10.0;       ///< s
   double length = 1.0;          ///< length that converts radians to metres, m
-  Hold held = Hold::kPlaces;
+  Kept kept = Kept::kPosition;
   std::string name = {};
 
   /// @throw std::invalid_argument with the value found and the one expected.

@@ -229,9 +229,9 @@ std::string refusal(const Mechanism& mechanism, const ObjectPath& path) {
     return "";
   const MotionSpace can = motionSpace(mechanism, tracked);
   return "the path requires " + impossible +
-         (path.held == Hold::kAll      ? " with all other components held"
-          : path.held == Hold::kPlaces ? " with the position held"
-                                       : "") +
+         (path.kept == Kept::kAll        ? " with all other components held"
+          : path.kept == Kept::kPosition ? " with the position held"
+                                         : "") +
          "; possible: " + listed(can.movable, length) + "; not possible: " + listed(can.missing, length);
 }
 

@@ -13,7 +13,7 @@ namespace tandem::robots {
 
 using planning::difference;
 using planning::displaced;
-using planning::Hold;
+using planning::Kept;
 using planning::ObjectPath;
 using planning::PathShape;
 

@@ -248,7 +248,7 @@ int runTrack(TrackCommand o) {
     mechanism = std::make_unique<robots::GraspedObjectMechanism>(robot);
   }
   planning::ObjectPath path{planning::pathShape(o.shape), directionsOf(o.along),   o.size, o.duration,
-                            mechanism->length(),          planning::holdOf(o.hold)};
+                            mechanism->length(),          planning::keptOf(o.hold)};
   path.name = o.assist ? "target-assist" : "co-manipulate";
   if (const std::string why = mechanism->solveEquilibrium(mechanism->home()); !why.empty())
     throw Failure(kFailure, "home: " + why);

@@ -8,7 +8,7 @@
 namespace tandem::config::test {
 namespace {
 
-using planning::Hold;
+using planning::Kept;
 using planning::ObjectPath;
 using planning::PathShape;
 
@@ -21,11 +21,11 @@ TEST(Path, PresetsAreWhatTheyAreCalled) {
   EXPECT_EQ(lift.directions, std::vector<int>{2});
   EXPECT_DOUBLE_EQ(lift.size, 3e-3);
   EXPECT_DOUBLE_EQ(lift.duration, 10.0);
-  EXPECT_EQ(lift.held, Hold::kNone);
+  EXPECT_EQ(lift.kept, Kept::kNone);
   const ObjectPath eight = loadPath(presets() / "paths/tip-eight.yaml");
   EXPECT_EQ(eight.shape, PathShape::kLissajous);
   EXPECT_EQ(eight.directions, (std::vector<int>{0, 1}));
-  EXPECT_EQ(eight.held, Hold::kPlaces);
+  EXPECT_EQ(eight.kept, Kept::kPosition);
   EXPECT_EQ(validate(presets() / "paths/tip-eight.yaml").text,
             "path tip-eight: lissajous along x, y of 5 mm in 10 s, held: places");
 }
@@ -40,11 +40,11 @@ TEST(Path, EveryKeyReachesItsFieldAndDefaultsAreThoseOfTheStruct) {
   EXPECT_EQ(path.directions, (std::vector<int>{5, 0}));
   EXPECT_DOUBLE_EQ(path.size, 2e-3);
   EXPECT_DOUBLE_EQ(path.duration, 2.5);
-  EXPECT_EQ(path.held, Hold::kAll);
+  EXPECT_EQ(path.kept, Kept::kAll);
   const ObjectPath usual = parsePathText("tandem: path/1\nname: t\nshape: line\nalong: [ry]\n"), defaults;
   EXPECT_EQ(usual.size, defaults.size);
   EXPECT_EQ(usual.duration, defaults.duration);
-  EXPECT_EQ(usual.held, defaults.held);
+  EXPECT_EQ(usual.kept, defaults.kept);
   EXPECT_EQ(usual.length, defaults.length);
 }
 
@@ -61,7 +61,7 @@ TEST(Path, FormattedTextReadsBack) {
       path.directions.push_back((path.directions[0] + 1 + below(5)) % 6);
     path.size = std::uniform_real_distribution<>(1e-6, 1.0)(random);
     path.duration = std::uniform_real_distribution<>(0.1, 3600.0)(random);
-    path.held = static_cast<Hold>(below(3));
+    path.kept = static_cast<Kept>(below(3));
     path.name = trial % 2 ? "12 \"quoted\": #" : "plain";
     const std::string text = formatPath(path);
     SCOPED_TRACE(text);
@@ -70,7 +70,7 @@ TEST(Path, FormattedTextReadsBack) {
     EXPECT_EQ(back.directions, path.directions);
     EXPECT_EQ(back.size, path.size);
     EXPECT_EQ(back.duration, path.duration);
-    EXPECT_EQ(back.held, path.held);
+    EXPECT_EQ(back.kept, path.kept);
     EXPECT_EQ(back.name, path.name);
     EXPECT_EQ(kindOfText(text, "text"), "path");
     if (HasFailure())

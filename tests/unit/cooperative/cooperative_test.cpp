@@ -36,7 +36,7 @@ TrackOptions optionsOf(const config::CooperativeRobot& robot, control::Method me
 }
 
 ObjectPath pathOf(PathShape shape, std::vector<int> directions, const Mechanism& mechanism) {
-  return {shape, std::move(directions), 5e-3, 10.0, mechanism.length(), Hold::kNone};
+  return {shape, std::move(directions), 5e-3, 10.0, mechanism.length(), Kept::kNone};
 }
 
 TEST(GraspedObject, MobilityIsThatOfThePaper) {
@@ -164,7 +164,7 @@ TEST(GraspedObject, FollowsALissajousWithoutDriftOrSlip) {
     for (const control::Method method : {control::Method::kNspqp, control::Method::kSnsqp, control::Method::kHqp}) {
       const config::CooperativeRobot robot = pressing(type);
       GraspedObjectMechanism mechanism(robot);
-      const ObjectPath path{PathShape::kLissajous, {1, 2}, 2e-3, 6.0, mechanism.length(), Hold::kPlaces};
+      const ObjectPath path{PathShape::kLissajous, {1, 2}, 2e-3, 6.0, mechanism.length(), Kept::kPosition};
       const TrackRecord record = track(mechanism, path, optionsOf(robot, method));
       SCOPED_TRACE(std::string(nameOf(type)) + ", " + std::string(control::name(method)));
       EXPECT_TRUE(record.good()) << record.refused << record.stopped;
@@ -299,7 +299,7 @@ TEST(Assisted, FollowsACircleWithBothArmsAndHoldsThePush) {
   EXPECT_NEAR(std::abs(normal.dot(wrenches[1]->head<3>())), push, 1e-12);
   EXPECT_LT(wrenches[1]->head<3>().dot(mechanism.chain().wrench.head<3>()), 0.0) << "the counterforce";
   ObjectPath path = pathOf(PathShape::kCircle, {0, 1}, mechanism);
-  path.held = Hold::kPlaces;
+  path.kept = Kept::kPosition;
   const TrackRecord record = track(mechanism, path, optionsOf(robot));
   EXPECT_TRUE(record.good()) << record.refused << record.stopped;
   EXPECT_LT(record.max_residual, 1e-8);
@@ -317,7 +317,7 @@ TEST(Assisted, NamesWhyThereIsNoEquilibrium) {
 TEST(ObjectPath, RateIsTheDerivativeOfThePose) {
   for (const PathShape shape : {PathShape::kLine, PathShape::kCircle, PathShape::kLissajous}) {
     const ObjectPath path{shape,     shape == PathShape::kLine ? std::vector{4} : std::vector{3, 5}, 0.01, 4.0, 0.02,
-                          Hold::kAll};
+                          Kept::kAll};
     for (int i = 0; i < 11; ++i) {
       const double t = 0.1 + 0.37 * i;
       const double h = 1e-5;

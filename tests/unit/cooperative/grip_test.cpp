@@ -46,7 +46,7 @@ TrackOptions gripOptions(const config::CooperativeRobot& robot) {
 TrackRecord lift(const Vector3d& load, double duration) {
   const config::CooperativeRobot robot = gripping(load);
   GraspedObjectMechanism mechanism(robot);
-  const ObjectPath up{PathShape::kLine, {2}, 3e-3, duration, mechanism.length(), Hold::kNone};
+  const ObjectPath up{PathShape::kLine, {2}, 3e-3, duration, mechanism.length(), Kept::kNone};
   return track(mechanism, up, gripOptions(robot));
 }
 
