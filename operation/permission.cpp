@@ -88,7 +88,7 @@ Reason againstRobot(Action action, const RobotCondition& now) noexcept {
     case Action::kCrtkTip:
       if (now.lock_step)
         return Reason::kLockStep;
-      return !now.tip_tasks ? Reason::kCatheters : now.running ? Reason::kTrajectory : Reason::kNone;
+      return !now.tip_tasks ? Reason::kCommonObject : now.running ? Reason::kTrajectory : Reason::kNone;
     case Action::kCrtkMove:
     case Action::kCrtkJoints:
       if (now.lock_step && action == Action::kCrtkJoints)

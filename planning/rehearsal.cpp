@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <stdexcept>
 
-#include "control/holding.h"
+#include "control/obstructing_limits.h"
 #include "planning/detail/index.h"
 #include "planning/follower.h"
 #include "planning/insertion.h"
@@ -69,11 +69,11 @@ std::string describeEnd(const Rehearsal& rehearsal, control::Method method, bool
                     relative ? ", tip %.3g mm and relative position %.3g mm away, " : ", tip %.3g mm away, ",
                     1e3 * rehearsal.tip_error, 1e3 * rehearsal.relative_error);
       std::string text = who + " stalls" + where + errors.data();
-      if (rehearsal.held.empty())
+      if (rehearsal.limits.empty())
         return text + "no active limit: the edge of the workspace, or too few iterations for the point";
       text += "limited by ";
-      for (std::size_t i = 0; i < rehearsal.held.size(); ++i)
-        text += (i > 0 ? ", " : "") + rehearsal.held[i];
+      for (std::size_t i = 0; i < rehearsal.limits.size(); ++i)
+        text += (i > 0 ? ", " : "") + rehearsal.limits[i];
       return text;
     }
     case RehearsalEnd::kModel:
@@ -147,7 +147,7 @@ class Run {
     result_.point = point;
     result_.tip_error = progress.tip_error;
     result_.relative_error = progress.relative_error;
-    result_.held = control::holding(tracker_.problem(), options_.parameters, options_.arms, true);
+    result_.limits = control::obstructingLimits(tracker_.problem(), options_.parameters, options_.arms, true);
   }
 
   Rehearsal end(RehearsalEnd how, const std::string& detail, int point = 0) {

@@ -48,12 +48,12 @@ struct RehearsedPath {
 struct Rehearsal {
   RehearsalEnd end = RehearsalEnd::kInvalid;
   int points = 0;
-  int converged = 0;              ///< points reached within the tolerance
-  int point = 0;                  ///< the first unreached point, counts from 1; 0: none
-  double tip_error = 0.0;         ///< at the end of that point, m
-  double relative_error = 0.0;    ///< m
-  std::vector<std::string> held;  ///< active limits at that point, the largest multiplier first
-  std::string reason;             ///< summary of all this; empty if the run completes
+  int converged = 0;                ///< points reached within the tolerance
+  int point = 0;                    ///< the first unreached point, counts from 1; 0: none
+  double tip_error = 0.0;           ///< at the end of that point, m
+  double relative_error = 0.0;      ///< m
+  std::vector<std::string> limits;  ///< active limits at that point, the largest multiplier first
+  std::string reason;               ///< summary of all this; empty if the run completes
   int iterations = 0;
   double largest_violation = 0.0;  ///< of equation (1) and the boxes along the path, after the gate, m or rad
   double fastest_rotation = 0.0;   ///< rad/s

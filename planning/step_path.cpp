@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "control/holding.h"
+#include "control/obstructing_limits.h"
 #include "planning/reference_tracker.h"
 
 namespace tandem::planning {
@@ -65,7 +65,7 @@ StepPath::End StepPath::converge(const TrajectoryPoint& point,
   tracker.step(end.q, end.q, referenceTo(spec_, point), result);
   if (result.status != TrackStatus::kOk)
     return end;
-  end.limits = control::holding(tracker.problem(), parameters, {}, false);
+  end.limits = control::obstructingLimits(tracker.problem(), parameters, {}, false);
   return end;
 }
 

@@ -51,7 +51,7 @@ dds::RehearsalReport reportOf(const planning::Rehearsal& from) {
   to.point = static_cast<std::uint32_t>(from.point);
   to.tip_error = from.tip_error;
   to.relative_error = from.relative_error;
-  to.held = from.held;
+  to.limits = from.limits;
   to.reason = from.reason;
   to.iterations = static_cast<std::uint32_t>(from.iterations);
   to.largest_violation = from.largest_violation;

@@ -114,7 +114,7 @@ Json rehearsalJson(const dds::RehearsalReport& rehearsal) {
           {"point", rehearsal.point},
           {"tip_error_m", rehearsal.tip_error},
           {"relative_error_m", rehearsal.relative_error},
-          {"held_by", rehearsal.held},
+          {"limits", rehearsal.limits},
           {"reason", rehearsal.reason},
           {"iterations", rehearsal.iterations}};
 }

@@ -264,7 +264,7 @@ TEST(ClosedLoop, ARehearsalNamesWhatHoldsTheMethod) {
     EXPECT_EQ(shown, 20);
     EXPECT_GT(run.point, 1);
     EXPECT_EQ(run.converged, run.point - 1);
-    ASSERT_FALSE(run.held.empty());
+    ASSERT_FALSE(run.limits.empty());
     EXPECT_NE(run.reason.find("front travel limit of tube 1 of arm"), std::string::npos) << run.reason;
     options.cancelled = [] { return true; };
     EXPECT_EQ(rehearse(robot.both, spec, start, {}, options).end, RehearsalEnd::kCancelled);

@@ -247,7 +247,7 @@ TEST(Catheters, AreNotDrivenByAnOperator) {
   operation::OperatorSnapshot snapshot;
   operation::CrtkSnapshot crtk;
   system.control.fillSnapshots(system.now, snapshot, crtk);
-  EXPECT_EQ(snapshot.reason, operation::Reason::kCatheters);
+  EXPECT_EQ(snapshot.reason, operation::Reason::kCommonObject);
   EXPECT_NE(std::string(operation::describeOperatorStop(snapshot.reason)).find("not tip commands"), std::string::npos);
   EXPECT_EQ(system.state.position, before);
 }

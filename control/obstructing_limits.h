@@ -18,9 +18,9 @@ namespace tandem::control {
  * increases the error. Allocates; not for the periodic path.
  * @param arms  names of the arms, as in describe()
  * @param steps  whether the step bounds of a method count as limits */
-std::vector<std::string> holding(const StepProblem& problem,
-                                 const MethodParameters& parameters,
-                                 const std::vector<std::string>& arms,
-                                 bool steps);
+std::vector<std::string> obstructingLimits(const StepProblem& problem,
+                                           const MethodParameters& parameters,
+                                           const std::vector<std::string>& arms,
+                                           bool steps);
 
 }  // namespace tandem::control

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "control/holding.h"
+#include "control/obstructing_limits.h"
 
 #include <algorithm>
 
@@ -9,7 +9,7 @@
 namespace tandem::control {
 namespace {
 
-Conflict findHolding(const StepProblem& problem, const MethodParameters& parameters) {
+Conflict findObstructing(const StepProblem& problem, const MethodParameters& parameters) {
   constexpr double kWeak = 1e-2;  // of the largest multiplier
   Conflict conflict;
   VelocityBounds bounds;
@@ -40,18 +40,18 @@ Conflict findHolding(const StepProblem& problem, const MethodParameters& paramet
 
 }  // namespace
 
-std::vector<std::string> holding(const StepProblem& problem,
-                                 const MethodParameters& parameters,
-                                 const std::vector<std::string>& arms,
-                                 bool steps) {
-  const Conflict conflict = findHolding(problem, parameters);
-  std::vector<std::string> words;
+std::vector<std::string> obstructingLimits(const StepProblem& problem,
+                                           const MethodParameters& parameters,
+                                           const std::vector<std::string>& arms,
+                                           bool steps) {
+  const Conflict conflict = findObstructing(problem, parameters);
+  std::vector<std::string> names;
   for (int i = 0; i < conflict.count; ++i) {
     const std::string text = describe(nameOf(problem, conflict.limit[i]), arms);
-    if ((steps || !conflict.limit[i].step) && std::find(words.begin(), words.end(), text) == words.end())
-      words.push_back(text);
+    if ((steps || !conflict.limit[i].step) && std::find(names.begin(), names.end(), text) == names.end())
+      names.push_back(text);
   }
-  return words;
+  return names;
 }
 
 }  // namespace tandem::control
