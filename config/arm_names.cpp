@@ -5,31 +5,14 @@
 #include "control/conflict.h"
 
 namespace tandem::config {
-namespace {
 
-template <class Arm>
-std::optional<std::size_t> find(const std::vector<Arm>& arms, const std::string& name) {
-  for (std::size_t k = 0; k < arms.size(); ++k) {
-    if (arms[k].name == name || arms[k].name == "arm_" + name)
+std::optional<std::size_t> findArm(const Robot& robot, const std::string& name) {
+  for (std::size_t k = 0; k < robot.arms.size(); ++k) {
+    if (robot.arms[k].name == name || robot.arms[k].name == "arm_" + name)
       return k;
   }
   const int k = indexOfLetter(name);
-  return k >= 0 && static_cast<std::size_t>(k) < arms.size() ? std::optional<std::size_t>(k) : std::nullopt;
-}
-
-template <class Arm>
-std::string namesOf(const std::vector<Arm>& arms) {
-  std::vector<std::string> names;
-  for (const Arm& arm : arms)
-    names.push_back(arm.name);
-  return join(names);
-}
-
-}  // namespace
-
-std::optional<std::size_t> findArm(const Robot& robot, const std::string& name) { return find(robot.arms, name); }
-std::optional<std::size_t> findArm(const CooperativeRobot& robot, const std::string& name) {
-  return find(robot.arms, name);
+  return k >= 0 && static_cast<std::size_t>(k) < robot.arms.size() ? std::optional<std::size_t>(k) : std::nullopt;
 }
 
 std::vector<std::string> armList(const Robot& robot) {
@@ -79,7 +62,6 @@ std::string findArms(planning::TrajectorySpec& trajectory, const Robot& robot) {
   return wrong.empty() ? trajectory.wrongArms(static_cast<int>(names.size())) : wrong;
 }
 
-std::string armNames(const Robot& robot) { return namesOf(robot.arms); }
-std::string armNames(const CooperativeRobot& robot) { return namesOf(robot.arms); }
+std::string armNames(const Robot& robot) { return join(armList(robot)); }
 
 }  // namespace tandem::config

@@ -7,13 +7,11 @@
 #include <vector>
 
 #include "config/config.h"
-#include "config/cooperative.h"
 
 namespace tandem::config {
 
 /// Index of the arm of that name, or of arm_NAME, or with that letter or index in the robot's order.
 std::optional<std::size_t> findArm(const Robot& robot, const std::string& name);
-std::optional<std::size_t> findArm(const CooperativeRobot& robot, const std::string& name);
 
 /// The names of the arms, in the robot's order.
 std::vector<std::string> armList(const Robot& robot);
@@ -31,6 +29,5 @@ std::string findArms(planning::TrajectorySpec& trajectory, const Robot& robot);
 
 /// "arm_a, arm_b", for errors.
 std::string armNames(const Robot& robot);
-std::string armNames(const CooperativeRobot& robot);
 
 }  // namespace tandem::config

@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
 
 namespace tandem::hal {
 
@@ -16,7 +15,6 @@ class EventRing {
     if (count_ == kSize) {
       first_ = (first_ + 1) % kSize;
       --count_;
-      ++lost_;
     }
     events_[(first_ + count_++) % kSize] = event;
   }
@@ -31,12 +29,9 @@ class EventRing {
     return true;
   }
 
-  std::uint64_t lost() const noexcept { return lost_; }
-
  private:
   std::array<Event, kSize> events_{};
   std::size_t first_ = 0, count_ = 0;
-  std::uint64_t lost_ = 0;
 };
 
 }  // namespace tandem::hal

@@ -18,15 +18,12 @@ inline constexpr std::uint32_t kNmt = 0x000;
 inline constexpr std::uint32_t kSync = 0x080;
 inline constexpr std::uint32_t kEmcy = 0x080;  ///< + node
 inline constexpr std::uint32_t kTime = 0x100;
-inline constexpr std::uint32_t kTpdo1 = 0x180;              ///< + node; the next three 0x100 apart
-inline constexpr std::uint32_t kRpdo1 = 0x200;              ///< + node; the next three 0x100 apart
-inline constexpr std::uint32_t kSdoAnswer = 0x580;          ///< + node, server to client
-inline constexpr std::uint32_t kSdoRequest = 0x600;         ///< + node, client to server
-inline constexpr std::uint32_t kHeartbeat = 0x700;          ///< + node
-inline constexpr std::uint32_t kInvalid = 0x80000000;       ///< bit of a PDO's COB-ID: not used
-inline constexpr std::uint32_t kNoRemote = 0x40000000;      ///< bit of a TPDO's COB-ID: no remote frames
-inline constexpr std::uint32_t kExtended = 0x20000000;      ///< 29-bit identifier
-inline constexpr std::uint32_t kSyncProducer = 0x40000000;  ///< bit of object 1005
+inline constexpr std::uint32_t kSdoAnswer = 0x580;      ///< + node, server to client
+inline constexpr std::uint32_t kSdoRequest = 0x600;     ///< + node, client to server
+inline constexpr std::uint32_t kHeartbeat = 0x700;      ///< + node
+inline constexpr std::uint32_t kInvalid = 0x80000000;   ///< bit of a PDO's COB-ID: not used
+inline constexpr std::uint32_t kNoRemote = 0x40000000;  ///< bit of a TPDO's COB-ID: no remote frames
+inline constexpr std::uint32_t kExtended = 0x20000000;  ///< 29-bit identifier
 /// PDO `number` (1..4) of a node.
 constexpr std::uint32_t tpdo(int number, int node) { return 0x080u + 0x100u * number + node; }
 constexpr std::uint32_t rpdo(int number, int node) { return 0x100u + 0x100u * number + node; }

@@ -106,7 +106,6 @@ class Network {
   /// Removes the oldest event. @return false: there is none.
   bool nextEvent(NetworkEvent& event) noexcept { return events_.pop(event); }
   /// Events dropped because the queue was full.
-  std::uint64_t lostEvents() const noexcept { return events_.lost(); }
 
   const NetworkCounters& counters() const noexcept { return counters_; }
   /// Frames of other masters since the start.
