@@ -88,6 +88,17 @@ void putShape(YAML::Emitter& out, const char* key, const planning::Shape& shape)
   out << YAML::EndMap << YAML::EndMap;
 }
 
+const char* toleranceKey(kinematics::TaskUnit unit) {
+  switch (unit) {
+    case kinematics::TaskUnit::kRadian:
+      return "tolerance_rad";
+    case kinematics::TaskUnit::kNone:
+      return "tolerance";
+    default:
+      return "tolerance_m";
+  }
+}
+
 void putFurther(YAML::Emitter& out, const planning::FurtherTask& task) {
   const std::string arm = nameOrLetter(task.arm_name, task.arm);
   const kinematics::TaskKindEntry& kind = *kinematics::findTaskKind(task.kind);
@@ -98,7 +109,9 @@ void putFurther(YAML::Emitter& out, const planning::FurtherTask& task) {
         << std::vector{arm, nameOrLetter(task.other_arm_name, task.other_arm)};
   else
     out << YAML::Key << "arm" << YAML::Value << arm;
-  if (kind.part == kinematics::TaskPart::kPosition && !task.follows_leader)
+  if (kind.soft())
+    put(out, kind.unit == kinematics::TaskUnit::kMetre ? "distance_m" : "above", task.target.x());
+  else if (kind.part == kinematics::TaskPart::kPosition && !task.follows_leader)
     put(out, kind.point == kinematics::TaskPoint::kShaft ? "point_m" : "target_m", task.target);
   else if (!task.follows_leader)
     out << YAML::Key << "desired" << YAML::Value << headingName(task.heading);
@@ -113,7 +126,7 @@ void putFurther(YAML::Emitter& out, const planning::FurtherTask& task) {
     out << YAML::EndSeq;
   }
   if (std::isfinite(task.tolerance))
-    put(out, kind.unit == kinematics::TaskUnit::kRadian ? "tolerance_rad" : "tolerance_m", task.tolerance);
+    put(out, toleranceKey(kind.unit), task.tolerance);
   out << YAML::EndMap << YAML::EndMap;
 }
 

@@ -244,6 +244,45 @@ const Mapping kFollowTheLeaderTable{
         distanceToleranceField(),
     }};
 
+const Mapping kJointLimitsTable{
+    "joint_limits",
+    "An arm whose joints keep away from their limits.",
+    {
+        armField("arm", "whose joints", &Further::arm).required(),
+        positive("distance",
+                 kLength,
+                 "d: limits nearer than this count; of rotations one radian counts as 0.05 m",
+                 &Further::distance)
+            .required()
+            .usually(1e-4, 0.02),
+        number("tolerance",
+               kLength,
+               "a point of the path is reached only when C, at most d / 2 for one limit, is below it too",
+               &Further::tolerance)
+            .above(0)
+            .orUnlimited(),
+    }};
+
+const Mapping kElasticStabilityTable{
+    "elastic_stability",
+    "An arm that keeps its elastic stability; compliant model.",
+    {
+        armField("arm", "which arm", &Further::arm).required(),
+        number("above",
+               kNone,
+               "d: a stability below this counts; 0 is a snap, 1 no elastic interaction",
+               &Further::distance)
+            .required()
+            .above(0)
+            .within(0, 1),
+        number("tolerance",
+               kNone,
+               "a point of the path is reached only when C, d / 2 at a snap, is below it too",
+               &Further::tolerance)
+            .above(0)
+            .orUnlimited(),
+    }};
+
 const Mapping kTaskTable{
     "task",
     "Exactly one of these.",
@@ -283,6 +322,14 @@ const Mapping kTaskTable{
                 kRelativePoseTable,
                 "position and orientation of one tip relative to another as one task: six degrees of freedom",
                 &TrajectoryTask::relative_pose),
+        mapping("joint_limits",
+                kJointLimitsTable,
+                "soft: the joints of an arm keep away from their limits; one degree of freedom where one is near",
+                &TrajectoryTask::joint_limits),
+        mapping("elastic_stability",
+                kElasticStabilityTable,
+                "soft: an arm keeps its elastic stability; one degree of freedom where it is low",
+                &TrajectoryTask::elastic_stability),
     },
     true};
 

@@ -19,7 +19,9 @@ constexpr std::pair<const char*, std::optional<TrajectoryFurther> TrajectoryTask
     {"remote_centre", &TrajectoryTask::remote_centre},
     {kFollowTheLeader, &TrajectoryTask::follow_the_leader},
     {"pose", &TrajectoryTask::pose},
-    {"relative_pose", &TrajectoryTask::relative_pose}};
+    {"relative_pose", &TrajectoryTask::relative_pose},
+    {"joint_limits", &TrajectoryTask::joint_limits},
+    {"elastic_stability", &TrajectoryTask::elastic_stability}};
 
 void checkWaypoints(const Map& map, const TrajectoryFurther& from) {
   const bool given = !from.waypoints.empty(), wanted = from.desired == planning::Heading::kWaypoints;
@@ -45,7 +47,7 @@ planning::FurtherTask furtherOf(const Map& map, const char* name, const Trajecto
   task.follows_leader = follows;
   task.heading = from.desired;
   task.waypoints = from.waypoints;
-  task.target = from.target;
+  task.target = kind.soft() ? Eigen::Vector3d(from.distance, 0.0, 0.0) : from.target;
   task.tolerance = from.tolerance;
   task.arm_name = from.arms.empty() ? from.arm : from.arms[0];
   task.arm = indexOfLetter(task.arm_name);

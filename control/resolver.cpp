@@ -28,7 +28,8 @@ bool isFinite(const StepProblem& problem) {
       return false;
   }
   for (int k = 0; k < problem.task_count; ++k) {
-    if (!problem.task[k].jacobian.allFinite() || !problem.task[k].velocity.allFinite())
+    const Task& task = problem.task[k];
+    if (!task.jacobian.allFinite() || !task.velocity.allFinite() || !std::isfinite(task.activation))
       return false;
   }
   return true;
@@ -143,6 +144,31 @@ void requireNotNegative(double value, const char* what) {
 }  // namespace
 
 void Resolver::solve(const StepProblem& problem, Solution& solution) noexcept {
+  const bool all = std::all_of(problem.task.begin(), problem.task.begin() + problem.task_count,
+                               [](const Task& task) { return task.activation >= 1.0; });
+  if (all || !isFinite(problem))
+    solveList(problem, solution);
+  else
+    blend(problem, solution);
+  if (solution.status != SolveStatus::kSolved && solution.status != SolveStatus::kInfeasible) {
+    solution.velocity.setZero(problem.joint_count);
+    solution.scale.fill(0.0);
+    return;
+  }
+  for (int k = 0; k < problem.task_count; ++k) {
+    const Task& task = problem.task[k];
+    double squares = 0.0;
+    for (int i = 0; i < task.velocity.size(); ++i) {
+      const double error = task.jacobian.row(i).dot(solution.velocity) - task.velocity[i];
+      squares += error * error;
+    }
+    solution.residual[k] = std::sqrt(squares);
+  }
+  markActive(problem, solution);
+}
+
+/// Status, velocity, scales, bounds and conflict for the tasks as they are.
+void Resolver::solveList(const StepProblem& problem, Solution& solution) noexcept {
   const int n = problem.joint_count;
   solution.velocity.setZero(n);
   solution.scale.fill(0.0);
@@ -159,24 +185,50 @@ void Resolver::solve(const StepProblem& problem, Solution& solution) noexcept {
   solution.status = isFinite(problem) ? resolve(problem, solution) : SolveStatus::kNotFinite;
   if (solution.velocity.size() != n || !solution.velocity.allFinite())
     solution.status = SolveStatus::kFailed;
-  if (solution.status != SolveStatus::kSolved && solution.status != SolveStatus::kInfeasible) {
-    solution.velocity.setZero(n);
-    solution.scale.fill(0.0);
+  if (solution.status != SolveStatus::kSolved && solution.status != SolveStatus::kInfeasible)
     return;
-  }
   leaveSaddle(problem, parameters_.period, parameters_.rotation_velocity, solution);
   slowDown(problem, parameters_.rotation_velocity, solution.velocity);
   tidy(problem, solution);
+}
+
+/// The same without tasks, by bits of their indices; the scale of one that is left out is 1.
+void Resolver::solveSubset(const StepProblem& problem, unsigned without, Solution& solution) noexcept {
+  subset_ = problem;
+  subset_.task_count = 0;
   for (int k = 0; k < problem.task_count; ++k) {
-    const Task& task = problem.task[k];
-    double squares = 0.0;
-    for (int i = 0; i < task.velocity.size(); ++i) {
-      const double error = task.jacobian.row(i).dot(solution.velocity) - task.velocity[i];
-      squares += error * error;
-    }
-    solution.residual[k] = std::sqrt(squares);
+    if ((without >> k & 1U) == 0)
+      subset_.task[subset_.task_count++] = problem.task[k];
   }
-  markActive(problem, solution);
+  solveList(subset_, solution);
+  for (int k = problem.task_count, from = subset_.task_count; k-- > 0;)
+    solution.scale[k] = (without >> k & 1U) == 0 ? solution.scale[--from] : 1.0;
+}
+
+/// The sum over all subsets. All else is that of the longest list, which is solved last.
+void Resolver::blend(const StepProblem& problem, Solution& solution) noexcept {
+  const unsigned lists = 1U << problem.task_count;
+  RobotVector sum = RobotVector::Zero(problem.joint_count);
+  int iterations = 0;
+  double residual = 0.0;
+  for (unsigned without = lists; without-- > 0;) {
+    double weight = 1.0;
+    for (int k = 0; k < problem.task_count; ++k) {
+      const double h = std::clamp(problem.task[k].activation, 0.0, 1.0);
+      weight *= (without >> k & 1U) == 0 ? h : 1.0 - h;
+    }
+    if (!(weight > 0.0))
+      continue;
+    solveSubset(problem, without, solution);
+    if (solution.status != SolveStatus::kSolved && solution.status != SolveStatus::kInfeasible)
+      return;
+    sum += weight * solution.velocity;
+    iterations += solution.iterations;
+    residual = std::max(residual, solution.kkt_residual);
+  }
+  solution.velocity = sum;
+  solution.iterations = iterations;
+  solution.kkt_residual = residual;
 }
 
 std::unique_ptr<Resolver> makeResolver(Method method, const MethodParameters& p) {

@@ -24,8 +24,9 @@ using TaskVector = Eigen::Matrix<double, Eigen::Dynamic, 1, Eigen::ColMajor, kMa
 
 /** Task J qdot = v. */
 struct Task {
-  TaskJacobian jacobian;  ///< rows x joints of the robot
-  TaskVector velocity;    ///< v, m/s (rad/s)
+  TaskJacobian jacobian;    ///< rows x joints of the robot
+  TaskVector velocity;      ///< v, m/s (rad/s)
+  double activation = 1.0;  ///< h in [0, 1]: 1 a task like all others, 0 none; see Resolver::solve()
 };
 
 using safety::JointKind;

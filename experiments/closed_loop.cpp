@@ -131,6 +131,8 @@ planning::Progress runLoop(const config::Robot& robot,
     throw std::invalid_argument("found feedback: sensor without a simulated tip tracker, expected plant.tracker");
   if (const std::string wrong = plan.trajectory.wrongArms(model.armCount()); !wrong.empty())
     throw std::invalid_argument("trajectory " + plan.trajectory.name + ": " + wrong);
+  if (const std::string wrong = plan.trajectory.wrongModels(model.models()); !wrong.empty())
+    throw std::invalid_argument("trajectory " + plan.trajectory.name + ": " + wrong);
   SimulatedRobot plant(robot, model, plan.start, options);
   Controller controller(robot, model, plan.key.method, options);
   planning::Follower follower(options.control_period);

@@ -98,6 +98,26 @@ bool inside(const RobotModel& model, const safety::RobotVector& q) {
   return true;
 }
 
+/// Activation distance of a soft task.
+double softDistance(planning::TaskKind kind) {
+  return kind == planning::TaskKind::kJointLimits ? kKeptDistance : kKeptStability;
+}
+
+/// Whether arm a has nothing nearer than the activation distance of a soft task.
+bool keepsAway(const RobotModel& model,
+               const planning::TrajectorySpec& spec,
+               const safety::RobotVector& q,
+               const sim::PlantTips& tips) {
+  return std::ranges::none_of(spec.further, [&](const planning::FurtherTask& task) {
+    if (task.kind == planning::TaskKind::kElasticStability)
+      return tips.stability(task.arm) < kKeptStability;
+    return task.kind == planning::TaskKind::kJointLimits &&
+           kinematics::jointLimitAvoidance(*model.limits()[static_cast<std::size_t>(task.arm)],
+                                           q.segment(model.offset(task.arm), model.size(task.arm)), kKeptDistance)
+                   .cost > 0.0;
+  });
+}
+
 /// Adds the further task to a trajectory without one.
 void addFurther(planning::TaskKind kind, planning::TrajectorySpec& spec) {
   if (kind == planning::TaskKind::kNone)
@@ -123,6 +143,8 @@ planning::TrajectoryPoint pointOf(const planning::TrajectorySpec& spec, const si
     place = kind.place(tips.pose(task.arm), tips.pose(task.other_arm));
     if (kind.point == kinematics::TaskPoint::kShaft)
       place.position = tips.shaftPoint(task.arm, kShaftShare);
+    if (kind.soft())
+      place.position = {softDistance(task.kind), 0.0, 0.0};
     if (task.kind == planning::TaskKind::kLookAt)
       place.position += kSight * tips.pose(task.arm).linear().col(2);
   }
@@ -156,7 +178,7 @@ bool follow(const RobotModel& model,
         return false;
       now += tips.snaps(k);
     }
-    if (now != snaps)
+    if (now != snaps || !keepsAway(model, spec, q, tips))
       return false;
     tips.store(path.placed[path.at.size()]);
     const planning::TrajectoryPoint at = pointOf(spec, tips);

@@ -38,7 +38,8 @@ struct RandomTask {
  *
  * With a further kind of tasks: its places are those of the plant's tips, too, look_at's targets kSight along the tip's
  * axis, remote centres kShaftShare along the plant's shaft, which they move with; it is the last task, except that a
- * pose takes the place of the tip, and a relative pose that of the relative position, with the highest priority.
+ * pose takes the place of the tip, and a relative pose that of the relative position, with the highest priority. Soft
+ * tasks: the path keeps their activation distance everywhere.
  *
  * Infeasible: the same, whether bodies overlap or not, with the last third of the targets of x_A beyond the length of
  * tube 1 and the tool from the arm's entry point, where nothing can reach; x_A - x_B stays as it was.
@@ -61,6 +62,9 @@ bool isRandomKind(planning::TaskKind kind);
 inline constexpr double kSight = 0.05;
 /// Place of a remote centre on the plant's shaft, as a fraction of the shaft's length.
 inline constexpr double kShaftShare = 0.75;
+
+/// Activation distances d of soft tasks, m and a stability: a path keeps at least as far away.
+inline constexpr double kKeptDistance = 0.005, kKeptStability = 0.3;
 
 /// Seed of everything random in task `index`: neighbours have nothing to do with each other.
 std::uint64_t seedOf(std::uint64_t seed, int index);

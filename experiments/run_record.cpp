@@ -16,7 +16,7 @@ RunRecord::RunRecord(RunKey key, const RobotModel& robot, int point_count, doubl
     : key_(std::move(key)), robot_(robot), point_count_(point_count), tolerance_(tolerance) {
   limits_.setLimits(robot.limits().data(), robot.armCount());
   if (!robot.models().empty())
-    tips_ = planning::TipFollower(robot.models());
+    tips_ = planning::TipFollower(robot.models(), robot.limits());
   rows_.reserve(4 * static_cast<std::size_t>(std::max(point_count, 1)));
 }
 
@@ -47,6 +47,8 @@ const planning::TaskReference* taskOf(const planning::Reference& reference, plan
 
 ReportUnit reportUnit(planning::TaskKind kind) {
   const kinematics::TaskKindEntry* entry = kinematics::findTaskKind(kind);
+  if (entry != nullptr && entry->unit == kinematics::TaskUnit::kNone)
+    return {1.0, "stability"};
   return entry != nullptr && entry->unit == kinematics::TaskUnit::kRadian ? ReportUnit{180.0 / M_PI, "deg"}
                                                                           : ReportUnit{1e3, "mm"};
 }

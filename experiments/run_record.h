@@ -81,8 +81,8 @@ struct StepData {
 
 /** Unit in which reports state the errors of a kind. */
 struct ReportUnit {
-  double per_si;     ///< of it per m or rad
-  const char* name;  ///< "mm", "deg"
+  double per_si;     ///< of it per m, rad or 1
+  const char* name;  ///< "mm", "deg", "stability"
 };
 ReportUnit reportUnit(planning::TaskKind kind);
 

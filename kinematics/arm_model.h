@@ -137,6 +137,8 @@ class ArmModel {
                                bool derivatives,
                                std::vector<BackbonePoint>& points) const;
 
+  /// The arm can lose elastic stability: Tip::stability changes with the joints.
+  virtual bool canSnap() const noexcept { return false; }
   /// Derivative of Tip::stability by the joints, 1/m and 1/rad. @param branch of the model's result for q itself
   virtual Gradient stabilityGradient(const JointsRef& q, const Branch& branch) const;
 };

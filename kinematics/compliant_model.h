@@ -56,6 +56,7 @@ class CompliantModel final : public TubeModel {
   /// Stability report, for display and planning: it follows the branch until it ends, so it is not for the periodic
   /// path.
   ModelStatus stability(const JointsRef& q, Branch& branch, Stability& result) const noexcept;
+  bool canSnap() const noexcept override { return true; }
   /// Exact, see Stability::gradient.
   Gradient stabilityGradient(const JointsRef& q, const Branch& branch) const override;
 

@@ -333,6 +333,8 @@ FeasibilityReport checkTrajectory(const Arms& arms,
     report.start = "the trajectory's arms: " + wrong;
     return report;
   }
+  if (report.start = trajectory.wrongModels(arms.models); !report.start.empty())
+    return report;
   Start begin = lookAt(arms, start, options.ik.demands);
   report.start = begin.wrong;
   if (!begin.wrong.empty())

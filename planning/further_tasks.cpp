@@ -81,6 +81,8 @@ TrajectoryPoint wantedAtStart(const TrajectorySpec& spec, const TrajectoryPoint&
 
 TaskPlace placeOf(const TaskReference& task, const TipFollower& tips, const MeasuredTips* measured) noexcept {
   const kinematics::TaskKindEntry& kind = *kinematics::findTaskKind(task.kind);
+  if (kind.soft())
+    return {{tips.avoidance(task.arm, kind.point, task.position.x()).cost, 0.0, 0.0}};
   const auto pose = [&](int arm) { return measuredPose(tips.tip(arm).pose, measured, arm); };
   if (kind.point == kinematics::TaskPoint::kTip)
     return kind.place(pose(task.arm), pose(kind.relative() ? task.other_arm : task.arm));
@@ -127,6 +129,15 @@ std::string TrajectorySpec::wrongArms(int count) const {
   for (const FurtherTask& task : further)
     twice = twice || (task.relative() && task.arm == task.other_arm);
   return twice ? kSameArmTwice : "";
+}
+
+std::string TrajectorySpec::wrongModels(const std::vector<const kinematics::ArmModel*>& models) const {
+  for (const FurtherTask& task : further) {
+    if (task.kind == TaskKind::kElasticStability && !models[static_cast<std::size_t>(task.arm)]->canSnap())
+      return "found elastic_stability of an arm whose model cannot lose it, expected concentric tubes with the "
+             "compliant model (key model of the deployment, option --model)";
+  }
+  return {};
 }
 
 TrajectoryPoint between(const TrajectorySpec& spec,

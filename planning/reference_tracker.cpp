@@ -20,7 +20,10 @@ ReferenceTracker::ReferenceTracker(std::vector<const kinematics::ArmModel*> mode
                                    control::Method method,
                                    const control::MethodParameters& parameters,
                                    Gains gains)
-    : tips_(models), margins_(models, parameters), resolver_(control::makeResolver(method, parameters)), gains_(gains) {
+    : tips_(models, limits),
+      margins_(models, parameters),
+      resolver_(control::makeResolver(method, parameters)),
+      gains_(gains) {
   if (models.size() != limits.size())
     throw std::invalid_argument("reference tracker: found limits of " + std::to_string(limits.size()) +
                                 " arms, expected one for each of the " + std::to_string(models.size()) + " models");
@@ -76,6 +79,8 @@ TrackStatus ReferenceTracker::setTask(const TaskReference& wanted,
     return TrackStatus::kReference;
   if (!isUsable(wanted))
     return TrackStatus::kReference;
+  if (kind->soft())
+    return setSoftTask(wanted, *kind, task, error);
   if (measured && !(measured->arm[wanted.arm].known && (!relative || measured->arm[wanted.other_arm].known)))
     return TrackStatus::kSensor;
 
@@ -95,6 +100,7 @@ TrackStatus ReferenceTracker::setTask(const TaskReference& wanted,
   rows.residual = kind->residual(at, place);
   kind->maps(at, place, other, rows);
   const double length = kind->length();
+  task.activation = 1.0;
   task.jacobian.setZero(kind->rows, problem_.joint_count);
   const auto columns = [&](int arm) {
     const int begin = problem_.arm_offset[arm];
@@ -108,6 +114,23 @@ TrackStatus ReferenceTracker::setTask(const TaskReference& wanted,
   feed_forward << wanted.feed_forward, wanted.angular_feed_forward;
   task.velocity = length * ((relative ? gains_.relative : gains_.tip) * rows.residual +
                             rows.by_feed_forward.lazyProduct(feed_forward));
+  return TrackStatus::kOk;
+}
+
+TrackStatus ReferenceTracker::setSoftTask(const TaskReference& wanted,
+                                          const kinematics::TaskKindEntry& kind,
+                                          control::Task& task,
+                                          double& error) noexcept {
+  const double distance = wanted.position.x();
+  if (!(distance > 0.0))
+    return TrackStatus::kReference;
+  const kinematics::Avoidance avoidance = tips_.avoidance(wanted.arm, kind.point, distance);
+  const int begin = problem_.arm_offset[wanted.arm];
+  task.jacobian.setZero(kind.rows, problem_.joint_count);
+  task.jacobian.middleCols(begin, problem_.arm_offset[wanted.arm + 1] - begin) = kind.length() * avoidance.gradient;
+  error = kind.length() * avoidance.cost;
+  task.velocity.setConstant(kind.rows, -gains_.tip * error);
+  task.activation = avoidance.activation;
   return TrackStatus::kOk;
 }
 

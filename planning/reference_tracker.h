@@ -133,6 +133,10 @@ class ReferenceTracker {
                       TrackResult& result,
                       control::Task& task,
                       double& error) noexcept;
+  TrackStatus setSoftTask(const TaskReference& wanted,
+                          const kinematics::TaskKindEntry& kind,
+                          control::Task& task,
+                          double& error) noexcept;
 
   TipFollower tips_;
   kinematics::ShaftPoint foot_;  ///< of the last task of a shaft

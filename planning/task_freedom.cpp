@@ -51,8 +51,25 @@ void note(const control::StepProblem& problem, const Reference& reference, int p
     }
     freedom.task = reference.tasks[static_cast<std::size_t>(t)];
     freedom.rows = static_cast<int>(left.rows());
+    if (problem.task[static_cast<std::size_t>(t)].activation < 1.0)
+      continue;
     const Eigen::MatrixXd taken = svd.matrixV().leftCols(rank);
     free -= taken * taken.transpose();
+  }
+}
+
+/// Distances of the soft tasks from what they keep away from.
+void noteDistances(const TipFollower& tips, int point, std::vector<TaskFreedom>& all) {
+  for (TaskFreedom& one : all) {
+    if (!one.soft())
+      continue;
+    const double distance = one.task.position.x();
+    const auto avoidance = tips.avoidance(one.task.arm, kinematics::findTaskKind(one.task.kind)->point, distance);
+    if (avoidance.least < one.nearest) {
+      one.nearest = avoidance.least;
+      one.nearest_point = point;
+    }
+    one.near_points += avoidance.least < distance ? 1 : 0;
   }
 }
 
@@ -68,8 +85,10 @@ std::vector<TaskFreedom> taskFreedom(const Arms& arms, const TrajectorySpec& spe
       continue;
     const Reference reference = presentTasks(spec, tracker.tips());
     tracker.step(q, q, reference, result);
-    if (tracker.problem().task_count == reference.task_count)
+    if (tracker.problem().task_count == reference.task_count) {
       note(tracker.problem(), reference, static_cast<int>(k), all);
+      noteDistances(tracker.tips(), static_cast<int>(k), all);
+    }
   }
   for (const FurtherTask& task : spec.further) {
     if (const auto t = static_cast<std::size_t>(task.priority); t < all.size())

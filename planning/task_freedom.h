@@ -28,15 +28,21 @@ struct TaskFreedom {
   /// A shaft that cannot be moved back to its path may be on it all the same: its deviation says what the tubes allow.
   bool follows_leader = false;
 
+  /// Of a soft task, whose rank is zero wherever nothing is near: the least distance on the path, m or a stability,
+  /// where it is, and how many points are nearer than the distance d of the task.
+  double nearest = safety::kUnlimited;
+  int nearest_point = 0, near_points = 0;
+
+  bool soft() const noexcept { return kinematics::findTaskKind(task.kind)->soft(); }
   /// Nothing is left to it at some point.
-  bool lost() const noexcept { return rank == 0 && !follows_leader; }
+  bool lost() const noexcept { return rank == 0 && !follows_leader && !soft(); }
 };
 
 /** Freedom of every task of a trajectory, in the order of their priorities:
  *
  *     J_k N_(k-1) = U S V^T,   rank_k = number of s_i > kLostDirection,   N_k = N_(k-1) - V_r V_r^T,   N_0 = I,
  *
- * with V_r the columns of V of these s_i.
+ * with V_r the columns of V of these s_i. A soft task takes its direction only where it is in force, h = 1.
  * @param path  joints of all arms, one column per point, the start first: FeasibilityReport::pathFrom()
  * @return empty if no point has a solution of the models */
 std::vector<TaskFreedom> taskFreedom(const Arms& arms, const TrajectorySpec& spec, const Eigen::MatrixXd& path);

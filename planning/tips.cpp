@@ -5,9 +5,12 @@
 
 namespace tandem::planning {
 
-TipFollower::TipFollower(std::vector<const kinematics::ArmModel*> models) : models_(std::move(models)), offset_{0} {
+TipFollower::TipFollower(std::vector<const kinematics::ArmModel*> models, std::vector<const safety::ArmLimits*> limits)
+    : models_(std::move(models)), limits_(std::move(limits)), offset_{0} {
   if (models_.empty() || models_.size() > safety::kMaxArms)
     throw std::invalid_argument("1 to 8 arms expected");
+  if (!limits_.empty() && limits_.size() != models_.size())
+    throw std::invalid_argument("limits of every arm expected, or of none");
   for (const kinematics::ArmModel* model : models_)
     offset_.push_back(offset_.back() + model->jointCount());
 }
@@ -47,6 +50,15 @@ bool TipFollower::update(const safety::RobotVector& q) noexcept {
     }
   }
   return status_ == kinematics::ModelStatus::kOk;
+}
+
+kinematics::Avoidance TipFollower::avoidance(int arm, kinematics::TaskPoint from, double distance) const noexcept {
+  const safety::ArmLimits none;
+  const auto k = static_cast<std::size_t>(arm);
+  const Arm& own = arms_[k];
+  if (from == kinematics::TaskPoint::kStability)
+    return kinematics::stabilityAvoidance(*models_[k], own.q, own.branch, own.tip.stability, distance);
+  return kinematics::jointLimitAvoidance(limits_.empty() ? none : *limits_[k], own.q, distance);
 }
 
 kinematics::ModelStatus TipFollower::shaft(int arm, int count, std::vector<kinematics::BackbonePoint>& points) const {

@@ -12,9 +12,11 @@
 
 #include "idl/enumerations.h"
 #include "kinematics/arm_model.h"
+#include "kinematics/tasks/avoidance.h"
 #include "kinematics/tasks/shaft_search.h"
 #include "planning/reference.h"
 #include "safety/dimensions.h"
+#include "safety/limits.h"
 
 namespace tandem::planning {
 
@@ -28,7 +30,9 @@ class TipFollower {
   /// Without arms: no update succeeds.
   TipFollower() : offset_{0} {}
   /// Models in the robot's order; they must outlive this.
-  explicit TipFollower(std::vector<const kinematics::ArmModel*> models);
+  /// @param limits  in the same order, likewise; empty: tasks of joint limits find nothing near
+  explicit TipFollower(std::vector<const kinematics::ArmModel*> models,
+                       std::vector<const safety::ArmLimits*> limits = {});
 
   /// The joints were reset: the next update is a cold start.
   void restart() noexcept;
@@ -55,6 +59,9 @@ class TipFollower {
     const Arm& own = arms_[static_cast<std::size_t>(arm)];
     return search_.find(*models_[static_cast<std::size_t>(arm)], own.q, own.branch, to, derivatives, foot);
   }
+  /// Nearness of a soft task's arm to what it keeps away from, at the joints of tip().
+  /// @param distance  d, above zero
+  kinematics::Avoidance avoidance(int arm, kinematics::TaskPoint from, double distance) const noexcept;
   /// Status of the last update: kOk, or that of the first arm whose model had no solution.
   kinematics::ModelStatus status() const noexcept { return status_; }
   int failedArm() const noexcept { return failed_arm_; }
@@ -69,6 +76,7 @@ class TipFollower {
     std::uint32_t snaps = 0;
   };
   std::vector<const kinematics::ArmModel*> models_;
+  std::vector<const safety::ArmLimits*> limits_;  ///< empty: unknown
   std::vector<int> offset_;
   std::array<Arm, safety::kMaxArms> arms_;
   kinematics::ModelStatus status_ = kinematics::ModelStatus::kNotFinite;

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "kinematics/arm_model.h"
 #include "planning/reference.h"
 
 namespace tandem::planning {
@@ -94,8 +95,8 @@ struct FurtherTask {
   int arm = 0, other_arm = 0;
   std::string arm_name, other_arm_name;  ///< as in TrajectorySpec
   Heading heading = Heading::kStart;
-  std::vector<HeadingWaypoint> waypoints;                      ///< in ascending order; Heading::kWaypoints
-  Eigen::Vector3d target = Eigen::Vector3d::Zero();            ///< of TaskPart::kPosition, m, robot base frame
+  std::vector<HeadingWaypoint> waypoints;            ///< in ascending order; Heading::kWaypoints
+  Eigen::Vector3d target = Eigen::Vector3d::Zero();  ///< of TaskPart::kPosition, m, robot base frame; soft: [d, 0, 0]
   double tolerance = std::numeric_limits<double>::infinity();  ///< m or rad; infinite: points are reached without it
   /// A remote centre at the point of the leader's path that is farthest from the shaft, in every control period: see
   /// planning/leader_path.h. `target` is that point.
@@ -138,6 +139,8 @@ struct TrajectorySpec {
   TrajectorySpec ofPositions() const;
   /// Reason why its arms do not suit a robot with `count` arms; empty: they do.
   std::string wrongArms(int count) const;
+  /// Reason why a model cannot do a task; empty: they all can. @param models  of the arms in order
+  std::string wrongModels(const std::vector<const kinematics::ArmModel*>& models) const;
 };
 
 /** One point of a sampled trajectory: desired tip and relative position, m, robot base frame, and the places of further

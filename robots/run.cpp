@@ -11,7 +11,7 @@ namespace tandem::robots {
 std::unique_ptr<Run> makeRun(const config::Robot& robot, const RobotModel& model, double period) {
   if (has(robot, Capability::kCommonPath))
     return std::make_unique<PathRun>(robot, period);
-  return std::make_unique<TrajectoryRun>(robot, model.models(), period);
+  return std::make_unique<TrajectoryRun>(robot, model, period);
 }
 
 }  // namespace tandem::robots

@@ -24,12 +24,11 @@ std::string TrajectoryRun::start(const std::string& text,
   planning::TrajectorySpec spec = config::parseTrajectory(text, "planning/request", {});  // without file names
   if (const std::string wrong = config::findArms(spec, robot_); !wrong.empty())
     throw std::invalid_argument("trajectory: " + wrong);
+  if (const std::string wrong = spec.wrongModels(models_); !wrong.empty())
+    throw std::invalid_argument("trajectory: " + wrong);
   if (!known(spec, now))
     return "no valid actuation/state received yet; check that tandem-sim or tandem-hal is running";
-  planning::Arms arms{models_, {}};
-  for (const config::Arm& arm : robot_.arms)
-    arms.limits.push_back(&arm.limits);
-  planning::setInsertion(arms, now.joints, spec);
+  planning::setInsertion({models_, limits_}, now.joints, spec);
   follower_.start(spec, planning::pointAt(spec, tips_, now.tips), std::move(postures));
   return {};
 }

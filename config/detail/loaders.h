@@ -64,7 +64,8 @@ struct TrajectoryFurther {
   planning::Heading desired = planning::Heading::kStart;
   std::vector<planning::HeadingWaypoint> waypoints;
   Eigen::Vector3d target = Eigen::Vector3d::Zero();            ///< m
-  double tolerance = std::numeric_limits<double>::infinity();  ///< m or rad
+  double distance = 0.0;                                       ///< d of soft tasks, m or a stability
+  double tolerance = std::numeric_limits<double>::infinity();  ///< m, rad or a stability
 };
 
 /** One of the `tasks` of a trajectory; arms by name, letter or index. */
@@ -72,7 +73,7 @@ struct TrajectoryTask {
   std::string tip;
   std::vector<std::string> relative;
   std::optional<TrajectoryFurther> axis, orientation, relative_orientation, look_at, remote_centre, pose, relative_pose,
-      follow_the_leader;
+      follow_the_leader, joint_limits, elastic_stability;
 };
 
 /// Reads `tasks`, of which `arm` and `other_arm` are the short form.

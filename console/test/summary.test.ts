@@ -62,6 +62,14 @@ test("errors of axes and orientations are in degrees", () => {
   ]);
 });
 
+test("soft tasks are named, with errors in mm or as a stability", () => {
+  const run = { ...kRun, task_kind: Uint8Array.of(TaskKind.jointLimits, TaskKind.elasticStability, 0, 0) };
+  expect(describeSummary(run, ["a", "b"]).lines.slice(0, 2)).toEqual([
+    "error, joint limits of A: RMS 0.010, 95 % within 0.020, maximum 0.030 mm",
+    "error, elastic stability of B: RMS 0.002, 95 % within 0.003, maximum 0.004 stability",
+  ]);
+});
+
 test("a missed point, an overlap and an ended run are said", () => {
   const missed = describeSummary({ ...kRun, phase: Phase.failed, reason: "missed 8 of 12 points" }, ["a", "b"]);
   expect(missed.headline).toContain("circle: failed: missed 8 of 12 points; ");

@@ -214,6 +214,23 @@ void centreMaps(const TaskPlace& at, const TaskPlace&, const Isometry3d&, TaskRo
   rows.by_feed_forward = rows.by_arm;
 }
 
+/* Soft tasks, one row: C of Avoidance, m from joint limits, dimensionless from elastic stability, shall be zero,
+ *
+ *     e = -C,   grad C q' = lambda e,
+ *
+ * with e = 0 and no row where nothing is near. The row is by joints, not by a twist. */
+
+TaskResidual softResidual(const TaskPlace& at, const TaskPlace&) noexcept {
+  return TaskResidual::Constant(1, -at.position.x());
+}
+
+void softMaps(const TaskPlace&, const TaskPlace&, const Isometry3d&, TaskRows& rows) noexcept {
+  rows.by_arm.setZero(1, 6);
+  rows.by_feed_forward.setZero(1, 6);
+}
+
+TaskPlace nowhere(const Isometry3d&, const Isometry3d&) noexcept { return {}; }
+
 constexpr std::array kKinds{
     TaskKindEntry{TaskKind::kRelativePosition, "relative", "relative position of", 2, 3, TaskUnit::kMetre,
                   TaskPart::kPosition, TaskPoint::kTip, relativePosition, positionResidual, positionMaps},
@@ -234,6 +251,10 @@ constexpr std::array kKinds{
                   placeOfTip, poseResidual, poseMaps},
     TaskKindEntry{TaskKind::kRelativePose, "relative_pose", "relative pose of", 2, 6, TaskUnit::kMetre, TaskPart::kPose,
                   TaskPoint::kTip, relativePose, poseResidual, relativePoseMaps},
+    TaskKindEntry{TaskKind::kJointLimits, "joint_limits", "joint limits of", 1, 1, TaskUnit::kMetre,
+                  TaskPart::kPosition, TaskPoint::kJointLimits, nowhere, softResidual, softMaps},
+    TaskKindEntry{TaskKind::kElasticStability, "elastic_stability", "elastic stability of", 1, 1, TaskUnit::kNone,
+                  TaskPart::kPosition, TaskPoint::kStability, nowhere, softResidual, softMaps},
 };
 
 template <class Predicate>

@@ -36,10 +36,12 @@ struct TaskRows {
   TwistRows by_arm, by_other, by_feed_forward;  ///< by_other: of kinds with two arms
 };
 
-enum class TaskUnit { kMetre, kRadian };
-/// The point of an arm whose frame a task compares: the tip, or the foot of the perpendicular from the wanted position
-/// to the shaft (ShaftSearch), whose z axis is along the shaft.
-enum class TaskPoint { kTip, kShaft };
+/// kNone: dimensionless; one counts as one radian.
+enum class TaskUnit { kMetre, kRadian, kNone };
+/// What a task looks at: the frame of the tip; the foot of the perpendicular from the wanted position to the shaft
+/// (ShaftSearch), whose z axis is along the shaft; or, of soft tasks, the nearness of the arm to its joint limits or to
+/// a loss of elastic stability (Avoidance).
+enum class TaskPoint { kTip, kShaft, kJointLimits, kStability };
 /// The part of a wanted place that counts.
 enum class TaskPart { kPosition, kOrientation, kPose };
 
@@ -62,9 +64,11 @@ struct TaskKindEntry {
   void (*maps)(const TaskPlace& at, const TaskPlace& wanted, const Eigen::Isometry3d& other, TaskRows& rows) noexcept;
 
   bool relative() const noexcept { return arms == 2; }
+  /// The place is a scalar: TaskPlace::position.x() is C of an Avoidance; of a wanted place it is d.
+  bool soft() const noexcept { return point == TaskPoint::kJointLimits || point == TaskPoint::kStability; }
   bool hasOrientation() const noexcept { return part != TaskPart::kPosition; }
   /// Metres per unit of the residual.
-  double length() const noexcept { return unit == TaskUnit::kRadian ? kLengthPerRadian : 1.0; }
+  double length() const noexcept { return unit == TaskUnit::kMetre ? 1.0 : kLengthPerRadian; }
   /// |e| of a place, m or rad.
   double error(const TaskPlace& at, const TaskPlace& wanted) const noexcept { return residual(at, wanted).norm(); }
 };

@@ -2,6 +2,7 @@
 /** @file Run of a trajectory of one tip, or of two. */
 #pragma once
 
+#include "robots/robot_model.h"
 #include "robots/run.h"
 
 namespace tandem::robots {
@@ -10,8 +11,12 @@ namespace tandem::robots {
  * arms depend on the path of the joints. */
 class TrajectoryRun final : public Run {
  public:
-  TrajectoryRun(config::Robot robot, const std::vector<const kinematics::ArmModel*>& models, double period)
-      : robot_(std::move(robot)), models_(models), tips_(models), follower_(period) {}
+  TrajectoryRun(config::Robot robot, const RobotModel& model, double period)
+      : robot_(std::move(robot)),
+        models_(model.models()),
+        limits_(model.limits()),
+        tips_(models_, limits_),
+        follower_(period) {}
 
   void restart() override { tips_.restart(); }
   void observe(const safety::RobotVector& q) override { tips_.update(q); }
@@ -32,6 +37,7 @@ class TrajectoryRun final : public Run {
 
   const config::Robot robot_;
   const std::vector<const kinematics::ArmModel*> models_;
+  const std::vector<const safety::ArmLimits*> limits_;
   planning::TipFollower tips_;
   planning::Follower follower_;
 };

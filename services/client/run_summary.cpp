@@ -19,10 +19,19 @@ std::string format(const char* text, Values... values) {
   return line.data();
 }
 
-/// Whether the errors of a task are angles. @param task  index, below task_count
-bool isAngular(const dds::RunSummary& summary, std::size_t task) {
+/** Unit of errors: the ending of their keys, and what texts say. */
+struct Unit {
+  const char *key, *name;
+  double per_si;
+};
+/// In the order of kinematics::TaskUnit.
+constexpr std::array kUnits{Unit{"_m", "mm", 1e3}, Unit{"_rad", "deg", 180.0 / M_PI},
+                            Unit{"_stability", "stability", 1.0}};
+
+/// Ending of the keys of a task's errors. @param task  index, below task_count
+const char* unitOf(const dds::RunSummary& summary, std::size_t task) {
   const auto* kind = kinematics::findTaskKind(static_cast<planning::TaskKind>(summary.task_kind[task]));
-  return kind != nullptr && kind->unit == kinematics::TaskUnit::kRadian;
+  return kUnits[kind == nullptr ? 0 : static_cast<std::size_t>(kind->unit)].key;
 }
 
 /// "relative position of arm_a and arm_b".
@@ -50,7 +59,7 @@ nlohmann::ordered_json summaryJson(const dds::RunSummary& summary, const config:
   if (std::isfinite(summary.least_clearance))
     json["least_clearance_m"] = summary.least_clearance;
   for (std::size_t k = 0; k < summary.task_count; ++k) {
-    const std::string unit = isAngular(summary, k) ? "_rad" : "_m";
+    const std::string unit = unitOf(summary, k);
     json["tasks"].push_back({{"task", describeTask(summary, k, robot)},
                              {"rms" + unit, summary.rms[k]},
                              {"percentile_95" + unit, summary.percentile_95[k]},
@@ -77,14 +86,15 @@ std::string describeSummary(const nlohmann::ordered_json& summary) {
   std::string text;
   const auto millimetres = [](const nlohmann::ordered_json& metres) { return 1e3 * metres.get<double>(); };
   for (const auto& task : summary["tasks"]) {
-    const bool angular = task.contains("rms_rad");
-    const std::string unit = angular ? "_rad" : "_m";
-    const auto value = [&](const char* key) {
-      return task[key + unit].template get<double>() * (angular ? 180.0 / M_PI : 1e3);
+    const auto found =
+        std::ranges::find_if(kUnits, [&](const Unit& one) { return task.contains(std::string("rms") + one.key); });
+    const Unit& unit = found == kUnits.end() ? kUnits[0] : *found;
+    const auto value = [&](const std::string& key) {
+      return task[key + unit.key].template get<double>() * unit.per_si;
     };
     text += format("  error, %s: RMS %.3f, 95 %% within %.3f, maximum %.3f %s\n",
                    task["task"].template get<std::string>().c_str(), value("rms"), value("percentile_95"),
-                   value("maximum"), angular ? "deg" : "mm");
+                   value("maximum"), unit.name);
   }
   text += format("  points reached: %u of %u; time %.1f s; gate: %llu interventions\n",
                  summary["reached"].get<unsigned>(), summary["points"].get<unsigned>(),

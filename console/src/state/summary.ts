@@ -33,6 +33,8 @@ export function describeSummary(summary: RunSummary, arms: readonly string[]): S
     if (summary.task_kind[k] === TaskKind.remoteCentre) return `remote centre of ${own}`;
     if (summary.task_kind[k] === TaskKind.tipPose) return `pose of ${own}`;
     if (summary.task_kind[k] === TaskKind.relativePose) return `relative pose of ${both}`;
+    if (summary.task_kind[k] === TaskKind.jointLimits) return `joint limits of ${own}`;
+    if (summary.task_kind[k] === TaskKind.elasticStability) return `elastic stability of ${own}`;
     return summary.task_kind[k] === TaskKind.objectPose ? "common object" : `tip of ${own}`;
   };
   const lines: string[] = [];
@@ -40,10 +42,16 @@ export function describeSummary(summary: RunSummary, arms: readonly string[]): S
   if (overlap) lines.push(`WARNING: bodies overlapped by up to ${millimetres(-summary.least_clearance, 3)} mm`);
   for (let k = 0; k < summary.task_count; ++k) {
     const angular = kAngles[summary.task_kind[k] ?? 0] !== undefined;
+    const plain = summary.task_kind[k] === TaskKind.elasticStability;
     const [rms, percentile, most] = [summary.rms, summary.percentile_95, summary.maximum].map((of) =>
-      angular ? (((of[k] ?? NaN) * 180) / Math.PI).toFixed(3) : millimetres(of[k] ?? NaN, 3),
+      angular
+        ? (((of[k] ?? NaN) * 180) / Math.PI).toFixed(3)
+        : plain
+          ? (of[k] ?? NaN).toFixed(3)
+          : millimetres(of[k] ?? NaN, 3),
     );
-    lines.push(`error, ${task(k)}: RMS ${rms}, 95 % within ${percentile}, maximum ${most} ${angular ? "deg" : "mm"}`);
+    const unit = angular ? "deg" : plain ? "stability" : "mm";
+    lines.push(`error, ${task(k)}: RMS ${rms}, 95 % within ${percentile}, maximum ${most} ${unit}`);
   }
   lines.push(`interventions of the safety gate: ${summary.gate_interventions}`);
   if (!overlap && Number.isFinite(summary.least_clearance))

@@ -133,9 +133,9 @@ planning::TaskKind furtherOf(const MonteCarloCommand& options, std::size_t arms)
   const kinematics::TaskKindEntry* kind = kinematics::findTaskKind(options.further);
   if (kind == nullptr || !ex::isRandomKind(kind->kind))
     throw Failure(
-        kUsage,
-        "--further: found '" + options.further +
-            "', expected axis, orientation, relative_orientation, look_at, remote_centre, pose or relative_pose");
+        kUsage, "--further: found '" + options.further +
+                    "', expected axis, orientation, relative_orientation, look_at, remote_centre, pose, relative_pose, "
+                    "joint_limits or elastic_stability");
   if (kind->relative() && arms < 2)
     throw Failure(kUsage,
                   "--further: found '" + options.further + "', expected a kind of one tip: the robot has one arm");
@@ -326,7 +326,7 @@ void registerMonteCarlo(CLI::App& app, int& exit_code) {
       ->capture_default_str();
   command->add_option("--further", options->further,
                       "kind of a further task in every task: axis, orientation, relative_orientation, look_at, "
-                      "remote_centre, pose or relative_pose (default: none)");
+                      "remote_centre, pose, relative_pose, joint_limits or elastic_stability (default: none)");
   command->add_flag("--posture", options->posture, "give the methods the joint path of each task as a posture");
   command->add_option("--set", options->set, "parameter of the methods, NAME=VALUE in SI; may be repeated");
   command

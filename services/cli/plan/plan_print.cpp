@@ -25,6 +25,18 @@ Json pointJson(const dds::PointReport& point) {
           {"nearest_m", point.tip}};
 }
 
+std::string placeOf(int point) { return point > 0 ? "point " + std::to_string(point) : "the start"; }
+
+/// A soft task.
+void printSoft(const planning::TaskFreedom& one, const std::vector<std::string>& arms, std::ostream& out) {
+  const bool metres = kinematics::findTaskKind(one.task.kind)->unit == kinematics::TaskUnit::kMetre;
+  const double per_si = metres ? 1e3 : 1.0;
+  const char* unit = metres ? " mm" : "";
+  out << fmt::format("task {}: at least {:.3g}{} at {}; {} of the points below {:.3g}{}\n", describe(one.task, arms),
+                     per_si * one.nearest, unit, placeOf(one.nearest_point), one.near_points,
+                     per_si * one.task.position.x(), unit);
+}
+
 }  // namespace
 
 Json reportJson(const dds::TrajectoryReport& report) {
@@ -65,24 +77,37 @@ void print(const dds::TrajectoryReport& report, std::ostream& out) {
 
 Json freedomJson(const std::vector<planning::TaskFreedom>& freedom, const std::vector<std::string>& arms) {
   Json json = Json::array();
-  for (const planning::TaskFreedom& one : freedom)
+  for (const planning::TaskFreedom& one : freedom) {
+    if (one.soft()) {
+      json.push_back({{"task", describe(one.task, arms)},
+                      {"distance", one.task.position.x()},
+                      {"nearest", one.nearest},
+                      {"nearest_point", one.nearest_point},
+                      {"near_points", one.near_points}});
+      continue;
+    }
     json.push_back({{"task", describe(one.task, arms)},
                     {"degrees_of_freedom", one.rows},
                     {"rank", one.rank},
                     {"rank_point", one.rank_point},
                     {"smallest_singular_value", one.least},
                     {"smallest_point", one.least_point}});
+  }
   return json;
 }
 
 void print(const std::vector<planning::TaskFreedom>& freedom, const std::vector<std::string>& arms, std::ostream& out) {
   int rows = 0, rank = 0;
   for (const planning::TaskFreedom& one : freedom) {
+    if (one.soft()) {
+      printSoft(one, arms, out);
+      continue;
+    }
     rows += one.rows;
     rank += one.rank;
     out << "task " << describe(one.task, arms) << ": rank " << one.rank << " of " << one.rows
-        << ", smallest singular value " << fmt::format("{:.3g}", one.least) << " at "
-        << (one.least_point > 0 ? "point " + std::to_string(one.least_point) : "the start") << '\n';
+        << ", smallest singular value " << fmt::format("{:.3g}", one.least) << " at " << placeOf(one.least_point)
+        << '\n';
   }
   out << "all tasks: rank " << rank << " of " << rows << '\n';
 }

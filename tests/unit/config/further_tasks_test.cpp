@@ -84,6 +84,23 @@ TEST(FurtherTasks, ReachTheirFields) {
   EXPECT_EQ(kept.further[1].heading, Heading::kTangent);
 }
 
+TEST(FurtherTasks, SoftOnesHaveADistance) {
+  const TrajectorySpec spec = parsedTrajectory(
+      "tandem: trajectory/1\nname: x\nshape: {line: {displacement_mm: [1, 0, 0]}}\ntasks:\n"
+      "  - elastic_stability: {arm: b, above: 0.3, tolerance: 0.01}\n"
+      "  - tip: a\n"
+      "  - joint_limits: {arm: a, distance_mm: 2, tolerance_mm: 0.5}\n");
+  ASSERT_EQ(spec.further.size(), 2u);
+  EXPECT_EQ(spec.further[0].kind, planning::TaskKind::kElasticStability);
+  EXPECT_EQ(std::pair(spec.further[0].priority, spec.further[0].arm), (std::pair{0, 1}));
+  EXPECT_EQ(spec.further[0].target, Eigen::Vector3d(0.3, 0, 0));
+  EXPECT_DOUBLE_EQ(spec.further[0].tolerance, 0.01);
+  EXPECT_EQ(spec.further[1].kind, planning::TaskKind::kJointLimits);
+  EXPECT_EQ(spec.further[1].priority, 2);
+  EXPECT_TRUE(spec.further[1].target.isApprox(Eigen::Vector3d(2e-3, 0, 0)));
+  EXPECT_DOUBLE_EQ(spec.further[1].tolerance, 0.5e-3);
+}
+
 TEST(FurtherTasks, ThatMakeNoSenseAreRefusedAtTheirPlace) {
   const std::string tasks = "tasks: [{tip: a}, {axis: {arm: a}}]";
   const std::string text =
@@ -116,6 +133,8 @@ TEST(FurtherTasks, ThatMakeNoSenseAreRefusedAtTheirPlace) {
        "found another arm than the one that follows the shape"},
       {tasks, with("{follow_the_leader: {arm: a}}, {follow_the_leader: {arm: a}}"), "{follow_the_leader: {arm: a}}]", 0,
        "tasks[2]", "found `follow_the_leader` twice"},
+      {tasks, with("{joint_limits: {arm: a}}"), "{arm", 0, "tasks[1].joint_limits.distance_mm", "the key is missing"},
+      {tasks, with("{elastic_stability: {arm: a, above: 2}}"), "2}}", 0, "tasks[1].elastic_stability.above", "found 2"},
       {tasks, with("{look: {arm: a}}"), "{look", 0, "tasks[1]", "tasks[1].look: unknown key"},
       {tasks, with("{pose: {arm: a, desired: waypoints}}"), "{arm", 0, "tasks[1].pose.waypoints", "found none"},
       {tasks, with("{pose: {arm: a, tolerance_deg: 1}}"), "tolerance", 0, "tasks[1].pose.tolerance_deg",
@@ -138,7 +157,7 @@ std::vector<planning::FurtherTask> anyFurther(Dice& random, int most) {
   std::vector<planning::FurtherTask> all(static_cast<std::size_t>(random.integer(0, most)));
   for (std::size_t k = 0; k < all.size(); ++k) {
     planning::FurtherTask& task = all[k];
-    task.kind = static_cast<planning::TaskKind>(4 + random.integer(0, 6));
+    task.kind = static_cast<planning::TaskKind>(4 + random.integer(0, 8));
     task.priority = static_cast<int>(k) + (k + 1 == all.size() ? random.integer(0, 1) : 0);
     task.arm = random.integer(0, 3);
     if (task.relative())
@@ -147,6 +166,8 @@ std::vector<planning::FurtherTask> anyFurther(Dice& random, int most) {
       task.tolerance = random.uniform(0.01, 1.0);
     if (task.kind == planning::TaskKind::kLookAt || task.kind == planning::TaskKind::kRemoteCentre) {
       task.target = anyVector(random);
+    } else if (kinematics::findTaskKind(task.kind)->soft()) {
+      task.target.x() = random.uniform(0.01, 0.9);
     } else if (random.integer(0, 1)) {
       task.heading = planning::Heading::kWaypoints;
       task.waypoints = {{0.25, anyVector(random)}, {1.0, anyVector(random)}};

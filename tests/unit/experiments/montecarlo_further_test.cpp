@@ -87,6 +87,42 @@ TEST_F(MonteCarloFurther, MethodsReachMostFeasibleTasksAndReportTheOthers) {
   }
 }
 
+/// The paths keep the distance of a soft task, and most methods find a way that does.
+TEST_F(MonteCarloFurther, SoftTasksAreFeasibleAndMostlyDone) {
+  const RobotModel elastic{robot, "compliant"};
+  LoopOptions snapping = options;
+  snapping.plant.model = "compliant";
+  for (const TaskKind kind : {TaskKind::kJointLimits, TaskKind::kElasticStability}) {
+    SCOPED_TRACE(std::string(kinematics::findTaskKind(kind)->name));
+    const bool joints = kind == TaskKind::kJointLimits;
+    const RobotModel& own = joints ? model : elastic;
+    const LoopOptions& loop = joints ? options : snapping;
+    for (int i = 0; i < 3; ++i) {
+      const RandomTask task = randomTask(robot, own, loop, 0.5, 9, i, true, kind);
+      ASSERT_EQ(task.plan.trajectory.further.size(), 1u);
+      EXPECT_EQ(task.plan.trajectory.further[0].target.x(), joints ? kKeptDistance : kKeptStability);
+      planning::TipFollower tips(own.models(), own.limits());
+      for (const safety::RobotVector& q : task.witness) {
+        ASSERT_TRUE(tips.update(q));
+        const auto at =
+            tips.avoidance(0, kinematics::findTaskKind(kind)->point, joints ? kKeptDistance : kKeptStability);
+        EXPECT_LT(at.cost, 1e-6);
+      }
+    }
+    const MonteCarlo run{.seed = 5,
+                         .tasks = 6,
+                         .infeasible = 0.0,
+                         .methods = {control::Method::kHqp},
+                         .further = kind,
+                         .cases = {Conditions{}}};
+    std::vector<TaskResult> results;
+    for (int i = 0; i < run.tasks; ++i)
+      results.push_back(runTask(robot, own, loop, run, 0, i).front());
+    EXPECT_GE(summarise(results).front().succeeded, 3);
+    EXPECT_NE(formatTable(summarise(results), {}).find(joints ? " mm" : " stability"), std::string::npos);
+  }
+}
+
 TEST_F(MonteCarloFurther, RunsOfDifferentKindsAreNotMerged) {
   std::vector<TaskResult> results = run(TaskKind::kTipAxis, control::Method::kNspqp, 0.0, 2);
   EXPECT_EQ(merge(results).size(), 2u);

@@ -77,11 +77,33 @@ std::string rankAtHome(const config::Robot& robot, const RobotModel& model, cons
     spec.other_arm = 1;
   else if (!tip)
     spec.further = {task};
+  if (const std::string wrong = spec.wrongModels(model.models()); !wrong.empty())
+    return "refused";
+  if (kind.soft())
+    return "yes";
   const auto freedom = planning::taskFreedom({model.models(), model.limits()}, spec, q);
   if (freedom.empty())
     return "no solution";
   const planning::TaskFreedom& first = freedom.front();
   return first.rank == first.rows ? "yes" : std::to_string(first.rank) + " of " + std::to_string(first.rows);
+}
+
+/// With the model that can do the kind, if the type has one.
+std::string cell(const config::Robot& robot, const kinematics::TaskKindEntry& kind) {
+  const std::string rigid = rankAtHome(robot, RobotModel(robot), kind);
+  if (rigid != "refused" || robot.arms[0].model.tubes.empty())
+    return rigid;
+  return rankAtHome(robot, RobotModel(robot, "compliant"), kind) + ", compliant model";
+}
+
+/// The reason why a model without elastic interaction does not have the task.
+std::string stabilityRefusal() {
+  const RobotModel planar(robotOf("planar/planar-pair"));
+  planning::TrajectorySpec spec;
+  planning::FurtherTask task;
+  task.kind = planning::TaskKind::kElasticStability;
+  spec.further = {task};
+  return spec.wrongModels(planar.models());
 }
 
 std::string page() {
@@ -132,9 +154,13 @@ std::string page() {
       continue;
     out << "\n| `" << entry->name << "` |";
     for (const auto& [name, robot] : robots)
-      out << ' ' << (has(robot, Capability::kTips) ? rankAtHome(robot, RobotModel(robot), *entry) : "refused") << " |";
+      out << ' ' << (has(robot, Capability::kTips) ? cell(robot, *entry) : "refused") << " |";
   }
-  out << "\n\n*refused*: tips of these robots cannot be commanded one by one, see above.\n";
+  out << "\n\n*refused*: tips of catheters cannot be commanded one by one, see above. Soft tasks (`joint_limits`, "
+         "`elastic_stability`) have no rank where\nnothing is near; the reason of their refusal, after the file and "
+         "the "
+         "task: "
+      << stabilityRefusal() << ".\n";
   return out.str();
 }
 
