@@ -123,12 +123,12 @@ class NotedRun {
   /// One period of tracking. @return empty, or why it failed
   std::string step(double time, const planning::ObjectReference& reference, TrackRecord& record) {
     const double period = options_.parameters.period;
-    const auto solveEquilibrium = [this](const RobotVector& q) {
+    const auto solve_equilibrium = [this](const RobotVector& q) {
       return q == solved_at_ ? std::string() : mechanism_.solveEquilibrium(q);
     };
     TrackStep noted = noteStep(mechanism_, joints_, time);
     const std::string why =
-        stepByMiddle(mechanism_, solveEquilibrium, tracker_, joints_, reference, period, equilibrium_, result_);
+        stepByMiddle(mechanism_, solve_equilibrium, tracker_, joints_, reference, period, equilibrium_, result_);
     noted.error = result_.error[0];
     noted.active_limits = result_.solution.active_count;
     noted.status = result_.solution.status;
