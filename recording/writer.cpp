@@ -313,6 +313,12 @@ std::string Writer::summary() const {
   return end + groups.finish();
 }
 
+void Writer::sync() {
+  flush();
+  if (fdatasync(descriptor_) != 0)
+    throw std::system_error(errno, std::generic_category(), file_.string() + ": cannot be synced");
+}
+
 void Writer::close() {
   if (descriptor_ < 0)
     return;

@@ -50,6 +50,8 @@ class Writer {
 
   /// Ends the chunk and passes it to the kernel. After an error its messages are lost, and counted.
   void flush();
+  /// Calls flush(), and returns when the data are on the disk: they survive a power cut.
+  void sync();
   /// Calls flush() and writes the summary, which completes the file. Without disk space for the summary the file ends
   /// with its last chunk. Later calls of other functions fail.
   void close();

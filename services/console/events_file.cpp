@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/console/events_file.h"
 
+#include <fcntl.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
 
+#include <cerrno>
 #include <condition_variable>
 #include <mutex>
 #include <random>
+#include <system_error>
 
 #include "config/arm_names.h"
 #include "recording/reader.h"
@@ -25,6 +28,18 @@ constexpr std::uint64_t kMemory = 64ull << 20;    // bytes of records in memory 
 std::uint64_t inodeOf(const fs::path& file) {
   struct stat found {};
   return ::stat(file.c_str(), &found) == 0 ? found.st_ino : 0;
+}
+
+/// Returns when the disk has the names in the folder: without it a power cut may take back the renaming of a file. Some
+/// file systems do not offer this (EINVAL).
+void syncFolder(const fs::path& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  const bool synced = descriptor >= 0 && ::fsync(descriptor) == 0;
+  const int error = errno;
+  if (descriptor >= 0)
+    ::close(descriptor);
+  if (!synced && error != EINVAL)
+    throw std::system_error(error, std::generic_category(), folder.string() + ": cannot be synced");
 }
 
 /// @return without delay when the end is requested
@@ -113,6 +128,7 @@ void EventsFile::replace() {
     append(events);
     inode_ = inodeOf(next);
     fs::rename(next, file_);
+    syncFolder(file_.parent_path());
     written_ = taken;
   } catch (...) {
     std::error_code ignored;
@@ -128,7 +144,7 @@ void EventsFile::append(const std::vector<HistoryEvent>& events) {
                  .log_time = event.sample.time,
                  .publish_time = event.sample.time},
                 *event.sample.bytes);
-  out_->mcap().flush();
+  out_->mcap().sync();
 }
 
 void EventsFile::run(const std::stop_token& end) {

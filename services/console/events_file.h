@@ -17,10 +17,10 @@ namespace tandem::console {
 /** Reads a history at the start, and writes each new event at once, on a thread of its own.
  *
  * The file is an MCAP file. The first new event replaces it as a whole, by one with the whole history; further events
- * are appended and flushed, and it is replaced again when it has become larger than the history, or another server of
- * the same robot has replaced it: of two servers the file is of the one that ends last. A server that is killed leaves
- * all events that its thread has written. A file that cannot be read, or written,
- * is a line of the log and nothing more. */
+ * are appended, and it is replaced again when it has become larger than the history, or another server of the same
+ * robot has replaced it: of two servers the file is of the one that ends last. Events are written to the disk itself
+ * (fdatasync), all that came meanwhile at a time: a killed server or a power cut leaves all events that its thread has
+ * written. A file that cannot be read, or written, is a line of the log and nothing more. */
 class EventsFile {
  public:
   /// Fills the history, with what the file has of this robot and deployment, in messages of the present version.

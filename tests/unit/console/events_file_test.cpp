@@ -4,12 +4,16 @@
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
+#include <cerrno>
 #include <chrono>
 #include <csignal>
 #include <fstream>
 #include <iostream>
 #include <iterator>
+#include <map>
+#include <mutex>
 #include <random>
 #include <thread>
 
@@ -22,6 +26,61 @@ namespace tandem::console {
 namespace {
 
 namespace fs = std::filesystem;
+
+/** What a power cut leaves: contents of files as of their last sync, and names as of the last sync of their folder. */
+class Disk {
+ public:
+  static Disk& instance() {
+    static Disk disk;
+    return disk;
+  }
+  int sync(int descriptor) {
+    const std::lock_guard lock(mutex_);
+    if (failing_) {
+      errno = EIO;
+      return -1;
+    }
+    struct stat found {};
+    fstat(descriptor, &found);
+    const fs::path path = "/proc/self/fd/" + std::to_string(descriptor);
+    if (!S_ISDIR(found.st_mode)) {
+      std::ifstream stream(path, std::ios::binary);
+      contents_[found.st_ino] = {std::istreambuf_iterator<char>(stream), {}};
+      return 0;
+    }
+    for (const fs::directory_entry& entry : fs::directory_iterator(fs::read_symlink(path)))
+      if (stat(entry.path().c_str(), &found) == 0)
+        names_[entry.path()] = found.st_ino;
+    return 0;
+  }
+  /// Empty: the file would not exist.
+  std::string contents(const fs::path& file) const {
+    const std::lock_guard lock(mutex_);
+    const auto name = names_.find(file);
+    const auto found = name == names_.end() ? contents_.end() : contents_.find(name->second);
+    return found == contents_.end() ? "" : found->second;
+  }
+  void fail(bool failing) {
+    const std::lock_guard lock(mutex_);
+    failing_ = failing;
+  }
+
+ private:
+  mutable std::mutex mutex_;
+  std::map<ino_t, std::string> contents_;
+  std::map<fs::path, ino_t> names_;
+  bool failing_ = false;
+};
+
+}  // namespace
+}  // namespace tandem::console
+
+// In place of the C library's, for all code of this program.
+extern "C" int fdatasync(int descriptor) { return tandem::console::Disk::instance().sync(descriptor); }
+extern "C" int fsync(int descriptor) { return tandem::console::Disk::instance().sync(descriptor); }
+
+namespace tandem::console {
+namespace {
 
 class EventsOverRestarts : public testing::Test {
  protected:
@@ -190,6 +249,27 @@ TEST_F(EventsOverRestarts, AfterAFullDiskEventsAreWrittenAgain) {
   while (fs::last_write_time(file_) == old && std::chrono::steady_clock::now() < deadline)
     std::this_thread::yield();
   EXPECT_NE(fs::last_write_time(file_), old);
+}
+
+TEST_F(EventsOverRestarts, SurviveAPowerCutWhileTheServerRuns) {
+  History history;
+  const EventsFile events(history, file_, deployment_, robot_);
+  for (int run = 0; run < 10; ++run) {
+    Disk::instance().fail(run % 3 == 1);
+    takeSome(history, 1 + static_cast<int>(random_() % 20));
+    Disk::instance().fail(false);
+    const fs::path left = folder_.path() / ("left-" + std::to_string(run) + ".mcap");
+    const auto afterPowerCut = [&] {
+      std::ofstream(left, std::ios::binary) << Disk::instance().contents(file_);
+      History restored;
+      const EventsFile of_left(restored, left, deployment_, robot_);
+      return restored.packed(0);
+    };
+    const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (afterPowerCut() != history.packed(0) && std::chrono::steady_clock::now() < deadline)
+      std::this_thread::yield();
+    ASSERT_EQ(afterPowerCut(), history.packed(0)) << "run " << run;
+  }
 }
 
 TEST_F(EventsOverRestarts, AFolderThatCannotBeMadeStopsNoService) {
