@@ -68,8 +68,8 @@ void forAll(double activation, const Body& body) {
 /// The list without task `place`.
 SoftProblem without(const SoftProblem& from, int place) {
   SoftProblem shorter = from;
-  for (int k = place; k < 2; ++k)
-    shorter.problem.task[static_cast<std::size_t>(k)] = from.problem.task[static_cast<std::size_t>(k + 1)];
+  for (auto k = static_cast<std::size_t>(place); k < 2; ++k)
+    shorter.problem.task[k] = from.problem.task[k + 1];
   shorter.problem.task_count = 2;
   return shorter;
 }
