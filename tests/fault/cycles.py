@@ -245,7 +245,9 @@ class DriveJudge(Judge):
             if i > 1 and moves and moved > self._speed * (left + 2 * period):
                 self.wrong(i, f"{arm} moves by {1e3 * moved:.6f} mm {1e3 * (now[i] - until):.1f} ms after it should stand")
             if moves:
-                speeds = [max(abs(x) / max(now[i] - now[i - 1], period), 0.5 * v) for x, v in zip(step, speeds)]
+                # An arm advances by whole periods, however late the cycle is.
+                time = max(1, int((now[i] - now[i - 1]) / period)) * period
+                speeds = [max(abs(x) / time, 0.5 * v) for x, v in zip(step, speeds)]
             ramp, way = self._ramp(speeds, translations)
             if enabled and self._accepted[i]:
                 until = now[i] + self.budgets.control_period + ramp + 2 * period
