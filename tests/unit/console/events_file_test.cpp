@@ -259,16 +259,16 @@ TEST_F(EventsOverRestarts, SurviveAPowerCutWhileTheServerRuns) {
     takeSome(history, 1 + static_cast<int>(random_() % 20));
     Disk::instance().fail(false);
     const fs::path left = folder_.path() / ("left-" + std::to_string(run) + ".mcap");
-    const auto afterPowerCut = [&] {
+    const auto after_power_cut = [&] {
       std::ofstream(left, std::ios::binary) << Disk::instance().contents(file_);
       History restored;
       const EventsFile of_left(restored, left, deployment_, robot_);
       return restored.packed(0);
     };
     const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-    while (afterPowerCut() != history.packed(0) && std::chrono::steady_clock::now() < deadline)
+    while (after_power_cut() != history.packed(0) && std::chrono::steady_clock::now() < deadline)
       std::this_thread::yield();
-    ASSERT_EQ(afterPowerCut(), history.packed(0)) << "run " << run;
+    ASSERT_EQ(after_power_cut(), history.packed(0)) << "run " << run;
   }
 }
 
