@@ -105,7 +105,6 @@ class Network {
 
   /// Removes the oldest event. @return false: there is none.
   bool nextEvent(NetworkEvent& event) noexcept { return events_.pop(event); }
-  /// Events dropped because the queue was full.
 
   const NetworkCounters& counters() const noexcept { return counters_; }
   /// Frames of other masters since the start.

@@ -117,7 +117,7 @@ bool EventsFile::write() {
 }
 
 void EventsFile::replace() {
-  // By chance, not by process: servers in two containers may have the same process number and one folder.
+  // A random name: servers in two containers may have the same process number, and share the folder.
   const fs::path next = file_.string() + "." + std::to_string(std::random_device()());
   try {
     std::uint64_t taken = 0;
