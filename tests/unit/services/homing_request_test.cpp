@@ -69,6 +69,11 @@ class HomingSystem {
   bool homed() const { return hal_->robot().homed(0); }
   bool homing() const { return hal_->robot().arm(0).homing(); }
   void stopControl() { control_.stop(); }
+  bool raiseEncoderAlarm(const hal::AxisConfig& axis) {
+    return wires_[static_cast<std::size_t>(axis.bus)]->drives->inject(
+        {sim::drives::FaultKind::kEncoderAlarm, static_cast<std::uint8_t>(axis.node), 0.0, 0.0});
+  }
+  void boot() { hal_->start(now_); }
 
   hal_service::HalAnswer answer;
   bool commanding = true;
@@ -238,6 +243,23 @@ TEST(MeasuredPosition, IsTheCommandersAndNamesAJoint) {
                                                  fmt::format("{:.3f}", 1e3 * position) + " mm, by client 0007"}));
   s.run(0.5, kHolder);
   EXPECT_TRUE(s.homed());
+}
+
+TEST(MeasuredPosition, OfADriveThatIsNotReadyIsRefusedWithItsReason) {
+  hal::HardwareConfig hardware = hal::test::presetHardware();
+  hardware.axes[0].reference = hal::PositionReference::kMeasured;
+  HomingSystem s(hardware);
+  ASSERT_EQ(s.sendRequest(kHolder, ControlKind::kAcquireLease), ReplyCode::kOk);
+  const auto refusal = [&] {
+    EXPECT_EQ(s.measured(kHolder, 0, 0, 0.5 * (hardware.axes[0].lower + hardware.axes[0].upper)),
+              ReplyCode::kWrongState);
+    return std::string(s.answer.reason.data());
+  };
+  ASSERT_TRUE(s.raiseEncoderAlarm(hardware.axes[0]));
+  s.run(0.1, kHolder);
+  EXPECT_NE(refusal().find("a guard is active; see tandem status"), std::string::npos) << s.answer.reason.data();
+  s.boot();
+  EXPECT_NE(refusal().find("has not started; see tandem status"), std::string::npos) << s.answer.reason.data();
 }
 
 }  // namespace
