@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "control/obstructing_limits.h"
+#include "kinematics/clearance.h"
 #include "planning/detail/index.h"
 #include "planning/follower.h"
 #include "planning/insertion.h"
@@ -58,6 +59,27 @@ class IdealJoints {
   std::vector<safety::Gate> gates_;
   safety::RobotVector q_, velocity_;
 };
+
+double leastClearance(const Arms& arms, const RehearsedPath& path) {
+  double least = safety::kUnlimited;
+  if (arms.count() < 2)
+    return least;
+  std::vector<kinematics::Branch> branches(at(arms.count()));
+  std::vector<kinematics::Body> bodies(at(arms.count()));
+  for (const RehearsedJoints& now : path.joints) {
+    bool solved = true;
+    for (int arm = 0; arm < arms.count() && solved; ++arm) {
+      const Eigen::VectorXd joints = now.q.segment(arms.offset(arm), arms.size(arm));
+      solved = kinematics::makeBody(*arms.models[at(arm)], joints, branches[at(arm)], false, bodies[at(arm)]) ==
+               kinematics::ModelStatus::kOk;
+    }
+    for (int a = 0; a < arms.count() && solved; ++a) {
+      for (int b = a + 1; b < arms.count(); ++b)
+        least = std::min(least, kinematics::clearance(bodies[at(a)], bodies[at(b)]).distance);
+    }
+  }
+  return least;
+}
 
 std::string describeEnd(const Rehearsal& rehearsal, control::Method method, bool relative, const std::string& detail) {
   const std::string who(control::name(method));
@@ -158,6 +180,7 @@ class Run {
     result_.q = joints_.position();
     if (periods_ > 0)
       result_.path.finish(periods_, {result_.q, follower_.progress().point});
+    result_.least_clearance = leastClearance(joints_.arms(), result_.path);
     result_.reason = describeEnd(result_, options_.method, follower_.spec().hasRelative(), detail);
     return result_;
   }

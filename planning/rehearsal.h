@@ -57,7 +57,10 @@ struct Rehearsal {
   int iterations = 0;
   double largest_violation = 0.0;  ///< of equation (1) and the boxes along the path, after the gate, m or rad
   double fastest_rotation = 0.0;   ///< rad/s
-  safety::RobotVector q;           ///< joints at the end
+  /// Smallest distance of the bodies of any two arms at the joints of `path`, m; below zero they overlap; infinite for
+  /// one arm, and where no model has a solution.
+  double least_clearance = safety::kUnlimited;
+  safety::RobotVector q;  ///< joints at the end
   RehearsedPath path;
 };
 

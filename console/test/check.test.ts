@@ -163,7 +163,14 @@ const done = (points: PointReport[], end: number, more: object = {}): string =>
     result: result(1, {
       report: { start: "", points } as never,
       rehearsed: 1,
-      without_posture: { end, converged: 3, points: points.length, iterations: 104, reason: "held back" } as never,
+      without_posture: {
+        end,
+        converged: 3,
+        points: points.length,
+        iterations: 104,
+        reason: "held back",
+        least_clearance: 0.0006,
+      } as never,
       ...more,
     }),
   }).text;
@@ -171,7 +178,12 @@ const done = (points: PointReport[], end: number, more: object = {}): string =>
 test("what a check has found is said in a few words", () => {
   const good = [1, 2, 3].map((k) => point(k, Reach.reached, { clearance: 0.001 * k }));
   expect(done(good, RehearsalEnd.completed)).toBe(
-    "✓ All 3 points can be reached. nspqp needs 104 control periods. Least clearance of the arms: 1.00 mm.",
+    "✓ All 3 points can be reached. nspqp needs 104 control periods. Least clearance of the arms: 0.60 mm.",
+  );
+  expect(done(good, 0, { rehearsed: 0 })).toMatch(/Least clearance of the arms: 1.00 mm\.$/);
+  const overlapping = { end: RehearsalEnd.completed, converged: 3, points: 3, iterations: 104, least_clearance: -2e-3 };
+  expect(done(good, 0, { without_posture: overlapping as never })).toBe(
+    "✓ All 3 points can be reached. nspqp needs 104 control periods. ⚠ The arms overlap by up to 2.00 mm.",
   );
   expect(done(good, RehearsalEnd.stalls)).toMatch(/^All 3.*✕ In the rehearsal, nspqp reaches 3 of 3: held back\./);
   expect(done([...good, point(4, Reach.outsideWorkspace)], RehearsalEnd.completed)).toMatch(

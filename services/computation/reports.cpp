@@ -56,6 +56,7 @@ dds::RehearsalReport reportOf(const planning::Rehearsal& from) {
   to.iterations = static_cast<std::uint32_t>(from.iterations);
   to.largest_violation = from.largest_violation;
   to.fastest_rotation = from.fastest_rotation;
+  to.least_clearance = from.least_clearance;
   for (const planning::RehearsedJoints& at : from.path.joints) {
     to.joints.insert(to.joints.end(), at.q.begin(), at.q.end());
     to.joints_points.push_back(static_cast<std::uint32_t>(at.point));

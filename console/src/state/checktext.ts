@@ -26,6 +26,9 @@ export function describeCheck(check: CheckState): CheckText {
   if (report.start !== "") return { text: `✕ It cannot start from the present joints: ${report.start}`, level: "bad" };
   const missed = report.points.filter((point) => !reached(point));
   const failed = rehearsed !== 0 && rehearsal.end !== RehearsalEnd.completed;
+  // The rehearsal goes other ways than planning's postures: where there is one, its clearance counts.
+  const clearance = rehearsed !== 0 ? rehearsal.least_clearance : Math.min(...report.points.map((p) => p.clearance));
+  const overlap = clearance < 0;
   const lines: string[] = [];
   if (missed.length > 0)
     lines.push(
@@ -37,7 +40,7 @@ export function describeCheck(check: CheckState): CheckText {
       `✕ In the rehearsal, ${check.method} reaches ${rehearsal.converged} of ${rehearsal.points}: ${rehearsal.reason}.`,
     );
   else if (rehearsed !== 0) lines.push(`${check.method} needs ${rehearsal.iterations} control periods.`);
-  const clearance = Math.min(...report.points.map((point) => point.clearance));
-  if (Number.isFinite(clearance)) lines.push(`Least clearance of the arms: ${millimetres(clearance)} mm.`);
-  return { text: lines.join(" "), level: missed.length > 0 || failed ? "bad" : "good" };
+  if (overlap) lines.push(`⚠ The arms overlap by up to ${millimetres(-clearance)} mm.`);
+  else if (Number.isFinite(clearance)) lines.push(`Least clearance of the arms: ${millimetres(clearance)} mm.`);
+  return { text: lines.join(" "), level: missed.length > 0 || failed ? "bad" : overlap ? "info" : "good" };
 }

@@ -141,15 +141,19 @@ Json rehearsalJson(const dds::RehearsalReport& rehearsal) {
           {"relative_error_m", rehearsal.relative_error},
           {"limits", rehearsal.limits},
           {"reason", rehearsal.reason},
-          {"iterations", rehearsal.iterations}};
+          {"iterations", rehearsal.iterations},
+          {"least_clearance_m", std::isfinite(rehearsal.least_clearance) ? Json(rehearsal.least_clearance) : Json()}};
 }
 
 void print(const dds::RehearsalReport& rehearsal, const std::string& method, const char* how, std::ostream& out) {
   if (rehearsal.end == static_cast<std::uint8_t>(planning::RehearsalEnd::kCompleted))
-    out << "rehearsal " << how << ": " << method << " completes in " << rehearsal.iterations << " iterations\n";
+    out << "rehearsal " << how << ": " << method << " completes in " << rehearsal.iterations << " iterations";
   else
     out << "rehearsal " << how << ": " << rehearsal.converged << " of " << rehearsal.points << " points; "
-        << rehearsal.reason << '\n';
+        << rehearsal.reason;
+  if (rehearsal.least_clearance < 0.0)
+    out << fmt::format("; the arms overlap by up to {:.3g} mm", -1e3 * rehearsal.least_clearance);
+  out << '\n';
 }
 
 }  // namespace tandem::cli

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "control/detail/active_set.h"
+#include "kinematics/clearance.h"
 #include "planning/feasibility.h"
 #include "planning/rehearsal.h"
 #include "tests/unit/planning/arm_pair.h"
@@ -269,6 +270,37 @@ TEST(ClosedLoop, ARehearsalNamesWhatHoldsTheMethod) {
     options.cancelled = [] { return true; };
     EXPECT_EQ(rehearse(robot.both, spec, start, {}, options).end, RehearsalEnd::kCancelled);
   }
+}
+
+/// A rehearsal says how near the arms come on the way, also where they would pass through each other.
+TEST(ClosedLoop, ARehearsalSaysHowNearTheArmsCome) {
+  const Pair robot("rigid");
+  const safety::RobotVector start = home(robot.both);
+  kinematics::Tip a, b;
+  ASSERT_EQ(robot.a->tip(start.head(6), a), kinematics::ModelStatus::kOk);
+  ASSERT_EQ(robot.b->tip(start.tail(6), b), kinematics::ModelStatus::kOk);
+  double nearest = safety::kUnlimited;
+  for (const double share : {0.1, 0.5, 1.0}) {
+    TrajectorySpec spec;
+    spec.other_arm = kNoArm;
+    spec.shape = Line{share * (b.pose.translation() - a.pose.translation())};
+    spec.point_count = 20;
+    const Rehearsal run = rehearse(robot.both, spec, start, {}, {});
+    ASSERT_FALSE(run.path.joints.empty()) << run.reason;
+    double least = safety::kUnlimited;
+    for (const RehearsedJoints& at : run.path.joints) {
+      kinematics::Body bodies[2];
+      kinematics::Branch branch;
+      ASSERT_EQ(kinematics::makeBody(*robot.a, at.q.head(6), branch, false, bodies[0]), kinematics::ModelStatus::kOk);
+      ASSERT_EQ(kinematics::makeBody(*robot.b, at.q.tail(6), branch, false, bodies[1]), kinematics::ModelStatus::kOk);
+      least = std::min(least, kinematics::clearance(bodies[0], bodies[1]).distance);
+    }
+    EXPECT_DOUBLE_EQ(run.least_clearance, least);
+    EXPECT_LT(run.least_clearance, nearest) << "the way to the other tip comes nearer the farther it goes";
+    nearest = run.least_clearance;
+  }
+  EXPECT_LT(nearest, 0.0) << "the tips are at one place";
+  EXPECT_EQ(rehearse(robot.one, {}, start.head(6), {}, {}).least_clearance, safety::kUnlimited);
 }
 
 /// One task in closed loop: of a robot with one arm, and of one arm of a pair, whose other arm has no task.

@@ -213,6 +213,8 @@ TEST(Computation, RehearsalReportsTheResultOfTheMethod) {
     EXPECT_EQ(run->converged, 5u);
     ASSERT_EQ(run->joints.size(), 12 * run->joints_points.size());
     EXPECT_TRUE(std::ranges::equal(std::span(run->joints).first(12), result.start));
+    EXPECT_LE(run->least_clearance, std::min(result.report.points.front().clearance, 1.0))
+        << "one arm, or not measured";
     EXPECT_EQ(run->joints_points.front(), 0u);
     EXPECT_EQ(run->joints_points.back(), 5u);
     EXPECT_TRUE(std::ranges::is_sorted(run->joints_points));
