@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 
 import type { Answer } from "../src/state/commander";
-import { Orders } from "../src/state/orders";
+import { Orders, stopIsRepeated } from "../src/state/orders";
 
 const kAccepted: Answer = { accepted: true, code: 0, reason: "", value: 7, took: 1 };
 
@@ -50,4 +50,10 @@ test("a refusal is reported at once, and effects that can no longer be seen are 
     "bad: Start refused: take control first",
     "bad: Disable: accepted, effect not known: the connection was lost",
   ]);
+});
+
+test("a stop is repeated on its connection; on a later one only while the lease may last", () => {
+  expect(stopIsRepeated(60_000, true, 2)).toBe(true);
+  expect(stopIsRepeated(1900, false, 2)).toBe(true);
+  expect(stopIsRepeated(2100, false, 2)).toBe(false);
 });

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Soft stop: a button and Esc, for every client, at any time, above all else. It shows whether the robot has confirmed the stop. */
+import { stopIsRepeated } from "../state/orders";
 import { OperatingState } from "../wire/messages";
 import type { Context } from "./context";
 import { h, setAttribute, setText } from "./dom";
@@ -22,6 +23,8 @@ export class StopKey {
   /** Esc is down, as far as this page has seen. */
   private down = false;
   private repeats: ReturnType<typeof setInterval> | undefined;
+  /** Identity of the connection on which it was pressed. */
+  private client = 0n;
   /** Time from the last press to its confirmation, ms. */
   took = -1;
 
@@ -95,6 +98,7 @@ export class StopKey {
     this.since = performance.now();
     this.took = -1;
     clearInterval(this.repeats);
+    this.client = this.c.commander.client;
     const sent = this.c.commander.stop(`operator's page at ${this.c.robot.client_address}: ${by}`);
     setAttribute(this.button, "data-state", sent ? "sent" : "failed");
     setText(this.note, sent ? "stop sent, waiting for the robot…" : kNotSent);
@@ -103,12 +107,20 @@ export class StopKey {
     else this.since = -1;
   }
 
+  /** Until it is confirmed. */
   private repeat(): void {
-    this.c.commander.stop("operator's page: repeated, not confirmed yet");
-    if (performance.now() - this.since < kConfirm || this.button.dataset["state"] === "failed") return;
-    setAttribute(this.button, "data-state", "failed");
-    setText(this.note, kNotConfirmed);
-    this.c.messages.add("alarm", `Stop ${kNotConfirmed}`);
+    const elapsed = performance.now() - this.since;
+    if (elapsed >= kConfirm && this.button.dataset["state"] !== "failed") {
+      setAttribute(this.button, "data-state", "failed");
+      setText(this.note, kNotConfirmed);
+      this.c.messages.add("alarm", `Stop ${kNotConfirmed}`);
+    }
+    if (stopIsRepeated(elapsed, this.client === this.c.commander.client, this.c.robot.budgets.lease)) {
+      this.c.commander.stop("operator's page: repeated, not confirmed yet");
+      return;
+    }
+    clearInterval(this.repeats);
+    this.since = -1;
   }
 
   /** Both control and the drives have latched it: control alone cannot stop drives that do not answer. */

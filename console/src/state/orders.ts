@@ -62,3 +62,9 @@ export class Orders {
     this.open = [];
   }
 }
+
+/** Whether a stop that is not confirmed is sent again. After a loss of the connection it is only until the control lease has expired: by
+ * then the robot has stopped by itself, and what moves later was started by somebody who may not know of this stop.
+ * @param elapsed  since the press, ms @param connected  without a break since then @param lease  budget of the control lease, s */
+export const stopIsRepeated = (elapsed: number, connected: boolean, lease: number): boolean =>
+  connected || elapsed <= 1000 * lease;
