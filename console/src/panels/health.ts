@@ -8,6 +8,16 @@ import { themeChoice } from "./theme";
 import { card, h, setAttribute, setShown, setText } from "./dom";
 
 const kLevels = ["ok", "warning", "error", "stale"];
+const kSilent = 3; // level of a service that no longer reports
+const kLost = 3000; // ms: services report once a second
+
+/** A service, as it last reported. */
+interface Service {
+  row: HTMLElement;
+  at: number;
+  text: string;
+  level: number;
+}
 
 export class Health implements Panel {
   readonly element: HTMLElement;
@@ -17,7 +27,7 @@ export class Health implements Panel {
   /** Of the robot, not of a recording. */
   private readonly live = card("Services", this.services);
   private readonly lacking = h("p.lacking", { id: "lacking" });
-  private readonly known = new Map<string, { row: HTMLElement; at: number }>();
+  private readonly known = new Map<string, Service>();
   private readonly facts = new Map<string, HTMLElement>();
   private kilobytes = 0;
 
@@ -43,13 +53,14 @@ export class Health implements Panel {
   private service(name: string, level: number, message: string): void {
     let entry = this.known.get(name);
     if (!entry) {
-      entry = { row: h("li", {}), at: 0 };
+      entry = { row: h("li", {}), at: 0, text: "", level };
       this.known.set(name, entry);
       this.services.append(entry.row);
     }
+    if (entry.level === kSilent && entry.text !== "") this.c.messages.add("info", `${name} reports again`);
     entry.at = performance.now();
-    setAttribute(entry.row, "data-level", String(level));
-    entry.row.dataset["text"] = `${kLevels[level] ?? "unknown"} · ${name}: ${message}`;
+    entry.level = level;
+    entry.text = `${name}: ${message}`;
   }
 
   setTraffic(bytesPerSecond: number): void {
@@ -111,10 +122,22 @@ export class Health implements Panel {
         );
       });
     }
-    for (const { row, at } of this.known.values()) {
-      const old = age(at, now);
-      setText(row, `${row.dataset["text"]}${old > 3000 ? ` · ${ageText(old)}` : ""}`);
-      if (old > 3000) setAttribute(row, "data-level", "3");
+    for (const [name, entry] of this.known) this.showService(name, entry, now);
+  }
+
+  private showService(name: string, entry: Service, now: number): void {
+    const old = age(entry.at, now);
+    if (old > kLost && entry.level !== kSilent) {
+      // The end of the link, or of a process that says so, is an event of its own.
+      if (this.c.link.state === "open" && !this.c.world.ends.has(name))
+        this.c.messages.add("bad", `${name} no longer reports: last ${ageText(old)}`);
+      entry.level = kSilent;
     }
+    setAttribute(entry.row, "data-level", String(entry.level));
+    const silent = entry.level === kSilent;
+    setText(
+      entry.row,
+      silent ? `silent · last ${ageText(old)} · ${entry.text}` : `${kLevels[entry.level] ?? "unknown"} · ${entry.text}`,
+    );
   }
 }
