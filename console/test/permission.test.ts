@@ -14,12 +14,16 @@ const kFree: Situation = {
   connected: true,
   replay: false,
   live: true,
+  planningSilent: "",
   lease: "mine",
   phase: Phase.running,
   refused: () => "",
 };
 /** Deeds that take power away or end a motion. */
 const kSafe = ["release", "pause", "disable", "pauseTrajectory", "endTrajectory"];
+
+/** Deeds that planning carries out. */
+const kPlanned = ["start", "pauseTrajectory", "resumeTrajectory", "endTrajectory"];
 
 test("each condition forbids what it has to, with a reason, in all situations", () => {
   const random = seeded();
@@ -32,6 +36,7 @@ test("each condition forbids what it has to, with a reason, in all situations", 
       connected: coin(),
       replay: random() < 0.1,
       live: coin(),
+      planningSilent: coin() ? "2.0 s old" : "",
       lease: (["mine", "free", "another's"] as const)[Math.floor(3 * random())]!,
       phase: Math.floor(5 * random()),
       refused: coin() ? () => "control refuses" : () => "",
@@ -39,6 +44,7 @@ test("each condition forbids what it has to, with a reason, in all situations", 
     for (const deed of kDeeds) {
       const why = whyNotNow(deed, s);
       if (!s.operator || !s.connected || !s.live) expect(why).not.toBe("");
+      if (s.planningSilent !== "" && kPlanned.includes(deed)) expect(why).not.toBe("");
       if (s.hidden && !kSafe.includes(deed)) expect(why).not.toBe("");
       if (s.lease !== "mine" && !["take", "pause", "disable", "homeDrives"].includes(deed)) expect(why).not.toBe("");
       if (s.refused(0) !== "" && deed !== "endTrajectory") expect(why).not.toBe("");
@@ -53,6 +59,8 @@ test("all is possible where nothing forbids it, and control's reasons are shown 
   for (const deed of kDeeds) {
     const phase = deed === "resumeTrajectory" ? Phase.paused : Phase.running;
     expect(whyNotNow(deed, { ...kFree, phase })).toBe("");
+    const silent = whyNotNow(deed, { ...kFree, phase, planningSilent: "2.0 s old" });
+    expect(silent).toMatch(kPlanned.includes(deed) ? /^Planning does not answer: its last data is 2.0 s old/ : /^$/);
     const action = (Action as Record<string, number>)[deed];
     if (action !== undefined)
       expect(whyNotNow(deed, { ...kFree, phase, refused: (asked) => (asked === action ? "so" : "") })).toBe("so");

@@ -119,7 +119,9 @@ class Planner {
     diagnostics_.publish(
         reference.stamp, failed ? Level::kWarn : Level::kOk,
         std::string(planning::name(phase)) + (failed && !core_.ended().empty() ? ": " + core_.ended() : ""),
-        {{"point", std::to_string(reference.point)}, {"points", std::to_string(reference.point_count)}});
+        {{"point", std::to_string(reference.point)},
+         {"points", std::to_string(reference.point_count)},
+         {runtime::kTrajectoryKey + std::to_string(reference.trajectory_id), core_.trajectory()}});
   }
 
   const runtime::Setup& setup_;

@@ -48,6 +48,8 @@ class PlanningCore {
   /// call about every 50 ms.
   void refresh();
 
+  /// Name of the last trajectory or path; empty before the first.
+  std::string trajectory() const { return commander_ == 0 ? "" : run_->name(); }
   /// Reason for the early end of the last run; empty otherwise.
   const std::string& ended() const { return ended_; }
 

@@ -28,6 +28,8 @@ inline constexpr const char* kPausedByKey = "paused_by ";
 inline constexpr const char* kEnded = "ended: ";
 /// In control's diagnostics, key of the present value of a parameter of the method: this prefix and its name.
 inline constexpr const char* kParameterKey = "parameter ";
+/// In planning's diagnostics, key of the name of the last trajectory: this prefix and its id in planning/reference.
+inline constexpr const char* kTrajectoryKey = "trajectory ";
 
 /** Publishes one DiagnosticStatus of a service, at most once a second and at once when its level changes. For publisher
  * threads. */

@@ -118,7 +118,10 @@ const scenes = {
     await robot.stands("a pause", monotonic());
     const paused = monotonic();
     await me.press("#run-resume"); // a click is not enough
-    assert.match(await me.page.getAttribute("#run-resume", "title"), /continues the trajectory from point \d+ of 100/);
+    assert.match(
+      await me.page.getAttribute("#run-resume", "title"),
+      /continues (line|the trajectory) from point \d+ of 100/,
+    );
     await robot.stands("a click on resume", paused);
     await me.hold("#run-resume", me.text("#progress", /running/));
     await robot.moves("after the pause");
@@ -128,7 +131,7 @@ const scenes = {
     await robot.stands("paused arms", monotonic());
     assert.match(
       await me.page.getAttribute("#resume", "title"),
-      /ENABLED; continues the trajectory from point \d+ of 100/,
+      /ENABLED; continues (line|the trajectory) from point \d+ of 100/,
     );
     await me.hold("#resume", robot.states("ENABLED"));
     await robot.moves("after the pause of the arms");

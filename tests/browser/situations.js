@@ -51,10 +51,10 @@ module.exports = ({ robot, me, server, setting, takeControl, enable, run, open }
       link.close();
     }
   }
-  async function frozen(pid, act) {
+  async function frozen(pid, act, link = "stale") {
     process.kill(pid, "SIGSTOP");
     try {
-      await me().state("#link", "stale");
+      await me().state("#link", link);
       await act();
     } finally {
       process.kill(pid, "SIGCONT");
@@ -95,6 +95,17 @@ module.exports = ({ robot, me, server, setting, takeControl, enable, run, open }
     "the server ends": async (said) => without("SIGTERM", async () => said(await stops(esc))),
     "control hangs": async (said) => frozen(setting.pids.control, async () => said(await stops(esc))),
     "the drives' process hangs": async (said) => frozen(setting.pids.sim, async () => said(await stops(esc))),
+    "planning's process hangs": async (said) =>
+      frozen(
+        setting.pids.planning,
+        async () => {
+          await me().text("#progress", /not known: planning's last data is .* old .* then running/);
+          await me().text("#link", /NO DATA FROM PLANNING/);
+          assert.match((await page().getAttribute("#run-pause", "title")) ?? "", /Planning does not answer/);
+          said(await stops(esc));
+        },
+        "partly",
+      ),
     "another page without the lease": async (said) => {
       const other = await open();
       said(await stops(() => esc(other.page), other));
@@ -176,7 +187,8 @@ module.exports = ({ robot, me, server, setting, takeControl, enable, run, open }
     await robot().stands(name, since);
     const { faults } = robot().last.arms[0];
     if (!/NOT SENT/.test(stop)) assert.match(faults, /stop_requested/, `${name}: the stop did not arrive`);
-    if (/hangs/.test(name)) assert.match(stop, /^NOT CONFIRMED/, `${name}: who did not answer cannot have confirmed`);
+    if (/control hangs|drives' process hangs/.test(name))
+      assert.match(stop, /^NOT CONFIRMED/, `${name}: who did not answer cannot have confirmed`);
     await takeControl();
     await enable(); // and all can continue
     console.log(`    ${name}: ${faults}; ${stop}`);

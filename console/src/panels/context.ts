@@ -43,6 +43,7 @@ export function whyNot(c: Context, deed: Deed, now: number, arm = -1): string {
     connected: c.link.state === "open",
     replay: c.replayed !== "",
     live: c.world.live(now),
+    planningSilent: c.world.planningSilent(now),
     lease: c.commander.holds ? "mine" : owner === 0n ? "free" : "another's",
     phase: c.world.plan()?.phase ?? Phase.idle,
     refused: (action) => c.world.whyNot(action, arm),

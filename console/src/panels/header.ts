@@ -20,6 +20,7 @@ export class Header implements Panel {
   private readonly who = h("output.who", { id: "lease" });
   private readonly take: HTMLButtonElement;
   private wasLive = false;
+  private wasSilent = false;
 
   constructor(private readonly c: Context) {
     this.arms = c.robot.arms.map((arm) => h("span.arm", { "data-arm": arm.name }));
@@ -61,7 +62,9 @@ export class Header implements Panel {
     const { link, world, robot, commander } = this.c;
     const live = world.live(now);
     if (this.c.replayed !== "") return this.showReplay();
+    const silent = world.planningSilent(now);
     let text = `◉ LIVE ${robot.lock_step ? "· lock-step" : ""}`;
+    if (silent !== "") text = `◐ LIVE · NO DATA FROM PLANNING · ${silent}`;
     if (link.state !== "open") text = `✕ NO LINK · ${ageText(age(link.receivedAt, now))}`;
     else if (world.heldBack(now)) text = `◔ OLD DATA · ${ageText(world.age(world.status, now))}`;
     else if (world.stale(world.status, now)) text = `◔ NO DATA FROM CONTROL · ${ageText(world.age(world.status, now))}`;
@@ -70,9 +73,19 @@ export class Header implements Panel {
     if (this.wasLive && !live && link.state === "open")
       this.c.messages.add("bad", `The data is out of date: ${text.slice(2)}`);
     if (live && !this.wasLive) this.c.messages.add("info", "The data is current");
+    if (live && this.wasLive && (silent !== "") !== this.wasSilent)
+      this.c.messages.add(
+        silent === "" ? "info" : "bad",
+        silent === "" ? "Planning publishes again" : `Planning no longer publishes: its last data is ${silent}`,
+      );
+    this.wasSilent = silent !== "";
     this.wasLive = live;
     setText(this.link, text);
-    setAttribute(this.link, "data-state", live ? "live" : link.state === "open" ? "stale" : "lost");
+    setAttribute(
+      this.link,
+      "data-state",
+      live ? (silent === "" ? "live" : "partly") : link.state === "open" ? "stale" : "lost",
+    );
     this.updateArms(live);
     this.updateLease(now);
     setUsable(this.take, whyNot(this.c, commander.holds ? "release" : "take", now));

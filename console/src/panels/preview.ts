@@ -95,6 +95,7 @@ export class Preview {
     if (!mayCommand(this.c.robot)) return "a viewer's page cannot ask for it.";
     if (this.c.replayed !== "") return "a recording is shown.";
     if (!this.c.world.live(now)) return "the robot's data is out of date.";
+    if (this.c.world.planningSilent(now) !== "") return "planning does not answer.";
     if (runs) return "a trajectory runs.";
     return chosen || this.c.commander.holds ? "" : "take control, or choose a trajectory.";
   }

@@ -160,20 +160,31 @@ export class Run implements Panel {
     setClass(this.result, "bad", text.bad);
   }
 
+  private progressText(now: number): string {
+    const { world, replayed } = this.c;
+    const plan = world.plan();
+    if (!plan) return "not known";
+    if (plan.trajectory_id === 0) return "no trajectory yet";
+    const waits = plan.phase === Phase.running && world.paused();
+    const phase = waits ? "waits for the PAUSED arms" : nameOf("Phase", plan.phase);
+    const silent = replayed === "" ? world.planningSilent(now) : "";
+    return [
+      silent === "" ? "" : `not known: planning's last data is ${silent}`,
+      world.trajectoryName(),
+      silent === "" ? phase : `then ${phase}`,
+      `point ${plan.point} of ${plan.point_count}`,
+      `${plan.total_iterations} steps`,
+    ]
+      .filter((part) => part !== "")
+      .join(" · ");
+  }
+
   update(now: number): void {
     const plan = this.c.world.plan();
     const status = this.c.world.controlStatus();
-    const phase = plan?.phase ?? Phase.idle;
     const share = plan && plan.point_count > 0 ? plan.point / plan.point_count : 0;
     setAttribute(this.bar, "value", share.toFixed(3));
-    setText(
-      this.progress,
-      plan && plan.trajectory_id !== 0
-        ? `${phase === Phase.running && this.c.world.paused() ? "waits for the PAUSED arms" : nameOf("Phase", phase)} · point ${plan.point} of ${plan.point_count} · ${plan.total_iterations} steps`
-        : plan
-          ? "no trajectory yet"
-          : "not known",
-    );
+    setText(this.progress, this.progressText(now));
     const errors = status ? [...status.task_error.slice(0, status.task_count)] : [];
     setText(this.errors, errors.length > 0 ? `error ${errors.map((e) => millimetres(e, 3)).join(" / ")} mm` : "");
     const limits = status ? limitsInTheWay(status, this.c.robot.arms) : "";

@@ -8,6 +8,8 @@ interface Rule {
   lease?: boolean;
   /** An action that control permits. */
   action?: number;
+  /** Planning has to answer. */
+  planning?: true;
   /** Phases of the trajectory, and the reason in other phases. */
   phases?: readonly [readonly number[], string];
   /** It is safe from a page that nobody sees. */
@@ -26,15 +28,26 @@ const kRules = {
   jog: { lease: true, action: Action.jog },
   method: { lease: true, action: Action.setMethod },
   teleoperate: { lease: true, action: Action.teleoperate },
-  start: { lease: true, action: Action.start },
+  start: { lease: true, planning: true, action: Action.start },
   pauseTrajectory: {
     lease: true,
+    planning: true,
     action: Action.steer,
     phases: [[Phase.running], "No trajectory runs."],
     unseen: true,
   },
-  resumeTrajectory: { lease: true, action: Action.steer, phases: [[Phase.paused], "No trajectory is paused."] },
-  endTrajectory: { lease: true, phases: [[Phase.running, Phase.paused], "No trajectory runs."], unseen: true },
+  resumeTrajectory: {
+    lease: true,
+    planning: true,
+    action: Action.steer,
+    phases: [[Phase.paused], "No trajectory is paused."],
+  },
+  endTrajectory: {
+    lease: true,
+    planning: true,
+    phases: [[Phase.running, Phase.paused], "No trajectory runs."],
+    unseen: true,
+  },
 } as const satisfies Record<string, Rule>;
 export type Deed = keyof typeof kRules;
 export const kDeeds = Object.keys(kRules) as Deed[];
@@ -52,6 +65,8 @@ export interface Situation {
   replay: boolean;
   /** Data of control and drives is current. */
   live: boolean;
+  /** How old the last reference of planning is, if planning no longer publishes; empty if it does. */
+  planningSilent: string;
   lease: "mine" | "free" | "another's";
   /** Of the trajectory. */
   phase: number;
@@ -70,6 +85,8 @@ export function whyNotNow(deed: Deed, s: Situation): string {
   if (!s.live) return "The robot's data is out of date.";
   if (deed === "take" && s.lease === "another's") return "Another client has the control lease.";
   if (rule.lease && s.lease !== "mine") return "Take control first.";
+  if (rule.planning && s.planningSilent !== "")
+    return `Planning does not answer: its last data is ${s.planningSilent}. Pause the arms, or STOP.`;
   if (rule.phases && !rule.phases[0].includes(s.phase)) return rule.phases[1];
   return rule.action === undefined ? "" : s.refused(rule.action);
 }

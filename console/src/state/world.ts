@@ -15,7 +15,7 @@ import type {
   RunSummary,
   Shape,
 } from "../wire/messages";
-import { age, staleAfter } from "./age";
+import { age, ageText, staleAfter } from "./age";
 import type { Robot } from "./robot";
 import { Phase } from "../wire/messages";
 import type { ServerClock } from "./server";
@@ -46,6 +46,7 @@ const kStatusRate = 60;
 const kDrivesRate = 10;
 
 const kParameter = "parameter "; // runtime::kParameterKey
+const kTrajectory = "trajectory "; // runtime::kTrajectoryKey
 const kEnded = "ended: "; // runtime::kEnded
 
 export class World {
@@ -61,6 +62,8 @@ export class World {
   readonly arms: ArmSlots[];
   /** Present values of the method's parameters, as control reports them once a second. */
   readonly parameters = new Map<string, number>();
+  /** Name of the last trajectory, and its id, as planning reports them once a second. */
+  private trajectory = { id: 0, name: "" };
   /** What services said when they ended, by name, until they are back. */
   readonly ends = new Map<string, string>();
   readonly taps: Taps = { status: [], shape: [], hal: [], summary: [], diagnostics: [], clearance: [] };
@@ -108,8 +111,10 @@ export class World {
     for (const { name, message, values } of status) {
       if (message.startsWith(kEnded)) this.ends.set(name, `${name} ${message}`);
       else this.ends.delete(name);
-      for (const { key, value } of values)
+      for (const { key, value } of values) {
         if (key.startsWith(kParameter)) this.parameters.set(key.slice(kParameter.length), Number(value));
+        if (key.startsWith(kTrajectory)) this.trajectory = { id: Number(key.slice(kTrajectory.length)), name: value };
+      }
     }
   }
 
@@ -127,13 +132,20 @@ export class World {
   moving = (): ActuationLimits | null => this.limits.value();
   plan = (): PlanningReference | null => this.reference.value();
   planned = (): Path | null => this.path.value();
+  /** Name of the planned trajectory; empty until planning has reported it. */
+  trajectoryName = (): string => (this.trajectory.id === this.plan()?.trajectory_id ? this.trajectory.name : "");
   /** What follows when the arms, or a trajectory, are resumed. */
   continues(): string {
     const plan = this.plan();
     const goes = plan !== null && (plan.phase === Phase.running || plan.phase === Phase.paused);
     return goes
-      ? `continues the trajectory from point ${plan.point} of ${plan.point_count}`
+      ? `continues ${this.trajectoryName() || "the trajectory"} from point ${plan.point} of ${plan.point_count}`
       : "nothing moves by itself";
+  }
+  /** How old the last reference of planning is, in words, if planning no longer publishes; empty if it does. It repeats
+   * its reference every 50 ms, whatever the robot does. */
+  planningSilent(now: number): string {
+    return this.stale(this.reference, now) ? ageText(this.age(this.reference, now)) : "";
   }
   /** Operating states of all arms; empty while they are not known. */
   states(): string[] {
