@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 
 import type { Form } from "../src/state/shape";
-import { formOf, keysIn, kShapeNames, kShapes, pathOf, planeOf, yamlOf } from "../src/state/shape";
+import { editedName, formOf, keysIn, kShapeNames, kShapes, pathOf, planeOf, yamlOf } from "../src/state/shape";
 import { seeded } from "./random";
 
 const form = (shape: Form["shape"], values: Record<string, string[]> = {}): Form => ({
@@ -34,6 +34,11 @@ max_iterations: 1000
 `,
   );
   expect(yamlOf({ ...form("line"), other: "" })).not.toContain("relative");
+});
+
+test("an edited trajectory has another name than the served one, however often it is edited", () => {
+  expect(editedName("circle")).toBe("circle-edited");
+  expect(editedName(editedName("circle"))).toBe("circle-edited");
 });
 
 test("the picture's path starts at zero, and is the shape that was typed", () => {

@@ -74,6 +74,24 @@ module.exports = ({ me, robot, server, enable, run, shot, open }) => {
       await me().text("#run-check", /^✕ .*pionts.*did you mean .*points/);
     },
 
+    async "preview: none of the list is chosen once the trajectory is edited, and a choice replaces the edit"() {
+      const chosen = () => page().$$eval("#trajectory input:checked", (all) => all.map(({ value }) => value));
+      const yaml = () => page().inputValue("#trajectory-text");
+      await me().choose("trajectory", "circle");
+      const served = await yaml();
+      assert.deepStrictEqual(await chosen(), ["circle"]);
+      await type(served.replace("points: 100", "points: 50"));
+      assert.deepStrictEqual(await chosen(), [], "Start follows the edited text");
+      await me().choose("trajectory", "circle");
+      assert.strictEqual(await yaml(), served);
+      await page().$eval("#trajectory-form", (element) => (element.open = true));
+      await page().fill('[data-key="points"]', "50");
+      assert.deepStrictEqual(await chosen(), [], "Start follows the form");
+      assert.match(await yaml(), /name: circle-edited\n/);
+      await page().$eval("#trajectory-form", (element) => (element.open = false));
+      await me().choose("trajectory", "line");
+    },
+
     async "preview: ghosts pass the joints that the robot then passes, which stands meanwhile"() {
       const since = monotonic();
       await type(line(15));

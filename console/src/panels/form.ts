@@ -2,7 +2,7 @@
 /** A trajectory as a form in mm, with a picture of its path. The YAML beside it follows each change. */
 import { shortName } from "../state/descriptions";
 import type { Field, Form, ShapeName } from "../state/shape";
-import { kCommon, kShapeNames, kShapes, keysIn, pathOf, planeOf, yamlOf } from "../state/shape";
+import { editedName, kCommon, kShapeNames, kShapes, keysIn, pathOf, planeOf, yamlOf } from "../state/shape";
 import { Choice } from "./choice";
 import { h, setAttribute, setText } from "./dom";
 
@@ -95,6 +95,7 @@ export class TrajectoryForm {
     this.write();
   }
   private write(): void {
+    this.name = editedName(this.name);
     for (const [key, inputs] of this.inputs)
       this.values.set(
         key,

@@ -57,13 +57,13 @@ export class Run implements Panel {
     const { commander, orders } = c;
     this.preview = new Preview(c, view);
     this.text.addEventListener("input", () => {
-      this.chosen = true;
+      this.edited();
       this.form.follows(false);
     });
     this.form = new TrajectoryForm(
       c.robot.arms.map(({ name }) => name),
       (yaml) => {
-        this.chosen = true;
+        this.edited();
         this.text.value = yaml;
       },
     );
@@ -126,10 +126,16 @@ export class Run implements Panel {
       this.trajectories = await fetchJson<Trajectory[]>("/api/trajectories");
       const sorted = [...this.trajectories].sort((a, b) => Number(a.refused !== "") - Number(b.refused !== ""));
       this.choice.offer(sorted.map(({ name, refused }) => ({ value: name, text: name, why: refused })));
-      this.show();
+      if (this.chosen) this.edited();
+      else this.show();
     } catch (error) {
       this.c.messages.add("bad", `Trajectories: ${String(error)}`);
     }
+  }
+  /** The text is the operator's: Start follows none of the list. */
+  private edited(): void {
+    this.chosen = true;
+    this.choice.value = "";
   }
   private show(): void {
     const found = this.trajectories.find((t) => t.name === this.choice.value);

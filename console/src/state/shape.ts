@@ -60,6 +60,10 @@ export interface Form {
 
 const valuesOf = (form: Form, { key, initial }: Field): readonly string[] => form.values.get(key) ?? initial;
 
+const kEdited = "-edited";
+/** The name of a trajectory that the operator has changed: reports of its run do not have the name of a served one. */
+export const editedName = (name: string): string => (name.endsWith(kEdited) ? name : name + kEdited);
+
 /** The trajectory file. */
 export function yamlOf(form: Form): string {
   const line = (field: Field): string => {
