@@ -79,10 +79,11 @@ test("a served trajectory fills the form, if the form has its shape", () => {
     other_arm: -1,
     timed: true,
     moving: false,
-    values: { points: 50, speed: 0.002, acceleration: 0.005, tolerance: 0.00088 },
+    further: [],
+    values: { max_iterations: 700, points: 50, speed: 0.002, acceleration: 0.005, tolerance: 0.00088 },
     shape: { lissajous: { amplitude: [0, 0.01, 0.02], cycles: [0, 1, 2], phase: [0, Math.PI / 2, 0] } },
   };
-  const made = formOf("eight", spec, ["left", "right"])!;
+  const made = formOf("eight", spec, ["left", "right"]) as Form;
   expect(made).toMatchObject({ name: "eight", shape: "lissajous", arm: "right", other: "" });
   expect(Object.fromEntries(made.values)).toEqual({
     amplitude_mm: ["0", "10", "20"],
@@ -92,9 +93,14 @@ test("a served trajectory fills the form, if the form has its shape", () => {
     speed_mm_per_s: ["2"],
     acceleration_mm_per_s2: ["5"],
     tolerance_mm: ["0.88"],
+    max_iterations: ["700"],
   });
-  expect(formOf("w", { ...spec, shape: {} }, ["left"])).toBe(null);
-  expect(formOf("w", { ...spec, timed: false }, ["left"])).toBe(null);
-  expect(formOf("w", { ...spec, moving: true }, ["left"])).toBe(null);
-  expect(formOf("w", null, ["left"])).toBe(null);
+  expect(yamlOf(made)).toContain("\nmax_iterations: 700\n"); // there is no field for it, and it is not lost
+  expect(formOf("w", { ...spec, shape: {} }, ["left"])).toBe("its shape is none of line, rectangle, circle, lissajous");
+  expect(formOf("w", { ...spec, timed: false }, ["left"])).toBe("it goes from point to point, not by time");
+  expect(formOf("w", { ...spec, moving: true }, ["left"])).toBe("its relative position moves");
+  const tasks = ["remote_centre", "joint_limits"];
+  expect(formOf("w", { ...spec, further: tasks }, ["left"])).toBe(
+    "it has tasks for which there is no field: remote_centre, joint_limits",
+  );
 });

@@ -11,6 +11,7 @@
 #include "config/path.h"
 #include "config/units.h"
 #include "config/values.h"
+#include "kinematics/tasks/task_kind.h"
 #include "robots/capability.h"
 #include "robots/overlap.h"
 #include "robots/robot_type.h"
@@ -232,6 +233,14 @@ struct DescribeShape {
   }
 };
 
+/// Keys of the tasks beside the tip and the relative position, which the form of the page does not show.
+Json describeFurther(const planning::TrajectorySpec& spec) {
+  Json names = Json::array();
+  for (const planning::FurtherTask& task : spec.further)
+    names.push_back(task.follows_leader ? "follow_the_leader" : std::string(kinematics::findTaskKind(task.kind)->name));
+  return names;
+}
+
 /// Description of a trajectory for the form of the page.
 Json describeSpec(const planning::TrajectorySpec& spec) {
   Json shape = Json::object();
@@ -240,11 +249,13 @@ Json describeSpec(const planning::TrajectorySpec& spec) {
           {"other_arm", spec.other_arm},
           {"timed", spec.following == planning::Following::kTimed},
           {"moving", !spec.relative.empty()},
+          {"further", describeFurther(spec)},
           {"values",
            {{"points", spec.point_count},
             {"speed", spec.speed},
             {"acceleration", spec.acceleration},
-            {"tolerance", spec.tolerance}}},
+            {"tolerance", spec.tolerance},
+            {"max_iterations", spec.max_iterations}}},
           {"shape", shape}};
 }
 

@@ -92,6 +92,28 @@ module.exports = ({ me, robot, server, enable, run, shot, open }) => {
       await me().choose("trajectory", "line");
     },
 
+    async "preview: a trajectory with tasks that the form does not show is edited as YAML alone"() {
+      await page().$eval("#trajectory-form", (element) => (element.open = true));
+      await me().choose("trajectory", "remote-centre");
+      await me().text(
+        "#form-note",
+        /Not editable as a form: it has tasks for which there is no field: remote_centre\./,
+      );
+      const editable = "#trajectory-form input:not(:disabled)";
+      assert.strictEqual(await page().locator(editable).count(), 0);
+      const yaml = await page().inputValue("#trajectory-text");
+      assert.match(yaml, /remote_centre/);
+      await page().locator("#trajectory-form").scrollIntoViewIfNeeded();
+      await shot("console-form-refused");
+      await type(yaml.replace("points: 50", "points: 40"));
+      await me().text("#run-check", /^(✓ All 40|✕ \d+ of 40) points/);
+      await me().choose("trajectory", "circle");
+      await me().text("#form-note", /^$/);
+      assert.notStrictEqual(await page().locator(editable).count(), 0);
+      await page().$eval("#trajectory-form", (element) => (element.open = false));
+      await me().choose("trajectory", "line");
+    },
+
     async "preview: ghosts pass the joints that the robot then passes, which stands meanwhile"() {
       const since = monotonic();
       await type(line(15));

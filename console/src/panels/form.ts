@@ -22,6 +22,8 @@ export class TrajectoryForm {
   private readonly inputs = new Map<string, HTMLInputElement[]>();
   private values = new Map<string, readonly string[]>();
   private name = "form";
+  /** Why the trajectory cannot be edited as a form; empty: it can. */
+  private refused = "";
 
   /** @param arms  names @param written  called with the text after each change by the operator */
   constructor(
@@ -44,31 +46,35 @@ export class TrajectoryForm {
       "details.form",
       { id: "trajectory-form" },
       h("summary", {}, "As a form, in mm"),
+      this.note,
       row("shape", this.shape.element),
       row("tip of arm", this.arm.element),
       arms.length > 1 ? row("keeps its relative position", this.other.element) : null,
       h("figure", {}, this.picture, this.caption),
       this.fields,
-      this.note,
     );
     this.build();
   }
 
-  /** Shows a trajectory; null: one that the form cannot show. */
-  show(form: Form | null): void {
-    if (form) {
+  /** Shows a trajectory. @param form  of it, or the reason why it cannot be edited here */
+  show(form: Form | string): void {
+    this.refused = typeof form === "string" ? form : "";
+    if (typeof form !== "string") {
       this.name = form.name;
       this.values = new Map(form.values);
       this.shape.value = form.shape;
       this.arm.value = form.arm;
       this.other.value = form.other;
-      this.build();
     }
-    this.follows(form !== null);
+    for (const choice of [this.shape, this.arm, this.other]) choice.allow(this.refused);
+    this.build();
+    this.follows(true);
   }
   /** Whether the text is the form's. */
   follows(does: boolean): void {
-    setText(this.note, does ? "" : "The YAML is not that of this form. A change in the form replaces it.");
+    const other = "The YAML is not that of this form. A change in the form replaces it.";
+    const locked = `Not editable as a form: ${this.refused}. The YAML below is editable.`;
+    setText(this.note, this.refused !== "" ? locked : does ? "" : other);
   }
   /** Marks the fields whose keys a reason of the parser names. */
   blame(reason: string): void {
@@ -123,7 +129,10 @@ export class TrajectoryForm {
         oninput: () => this.write(),
       }),
     );
-    inputs.forEach((input, k) => (input.value = values[k] ?? ""));
+    inputs.forEach((input, k) => {
+      input.value = values[k] ?? "";
+      input.disabled = this.refused !== "";
+    });
     this.inputs.set(key, inputs);
     const title = `${label}${initial.length > 1 ? " x y z" : ""}`;
     return h("div.field", {}, h("span", {}, title), h("div", {}, ...inputs, h("small", {}, unit)));
@@ -131,8 +140,9 @@ export class TrajectoryForm {
 
   /** The path in the plane of its two longest axes, from the start (circle). */
   private draw(): void {
-    const path = pathOf(this.form);
+    const path = this.refused === "" ? pathOf(this.form) : [];
     this.picture.replaceChildren();
+    if (this.refused !== "") return setText(this.caption, "");
     setText(this.caption, path.length === 0 ? "No picture: a value is not a number." : "");
     if (path.length === 0) return;
     const [a, b] = planeOf(path);

@@ -140,13 +140,8 @@ export class Run implements Panel {
   private show(): void {
     const found = this.trajectories.find((t) => t.name === this.choice.value);
     this.text.value = found?.yaml ?? "";
-    this.form.show(
-      formOf(
-        this.choice.value,
-        found?.spec ?? null,
-        this.c.robot.arms.map(({ name }) => name),
-      ),
-    );
+    const arms = this.c.robot.arms.map(({ name }) => name);
+    if (found?.spec) this.form.show(formOf(found.name, found.spec, arms));
   }
 
   /** Result of the last run, from its end to the start of the next. */

@@ -138,7 +138,9 @@ export interface TrajectorySpec {
   timed: boolean;
   /** The relative position moves, too. */
   moving: boolean;
-  /** points, speed, acceleration, tolerance */
+  /** Keys of its tasks beside the tip and the relative position. */
+  further: string[];
+  /** points, speed, acceleration, tolerance, max_iterations */
   values: Record<string, number | number[]>;
   /** One shape, with the values of its keys. */
   shape: Partial<Record<string, Record<string, number | number[]>>>;

@@ -47,6 +47,9 @@ export const kCommon: readonly Field[] = [
   vector("tolerance_mm", "tolerance", "mm", "0.88"),
 ];
 
+/** It is kept as it is served: the form has no field for it. */
+const kMostSteps = vector("max_iterations", "", "", "1000");
+
 export interface Form {
   name: string;
   shape: ShapeName;
@@ -81,7 +84,7 @@ export function yamlOf(form: Form): string {
     ...kShapes[form.shape].map((field) => `    ${line(field)}`),
     ...kCommon.map(line),
     "following: timed",
-    "max_iterations: 1000",
+    line(kMostSteps),
     "",
   ].join("\n");
 }
@@ -138,11 +141,14 @@ export function planeOf(path: readonly (readonly number[])[]): [number, number] 
   return [a, b];
 }
 
-/** A form with the values of a served trajectory; null if it has a shape or a following that the form has not.
+/** A form with the values of a served trajectory; a reason if it has what the form would lose.
  * @param arms  names, in the robot's order */
-export function formOf(name: string, spec: TrajectorySpec | null, arms: readonly string[]): Form | null {
-  const shape = kShapeNames.find((one) => spec?.shape[one]);
-  if (!spec || !shape || !spec.timed || spec.moving) return null;
+export function formOf(name: string, spec: TrajectorySpec, arms: readonly string[]): Form | string {
+  const shape = kShapeNames.find((one) => spec.shape[one]);
+  if (spec.further.length > 0) return `it has tasks for which there is no field: ${spec.further.join(", ")}`;
+  if (!shape) return `its shape is none of ${kShapeNames.join(", ")}`;
+  if (!spec.timed) return "it goes from point to point, not by time";
+  if (spec.moving) return "its relative position moves";
   const values = new Map<string, readonly string[]>();
   const put = (field: Field, si: Record<string, number | number[]>): void => {
     const [key, factor] = unitsOf(field);
@@ -154,7 +160,7 @@ export function formOf(name: string, spec: TrajectorySpec | null, arms: readonly
       );
   };
   for (const field of kShapes[shape]) put(field, spec.shape[shape]!);
-  for (const field of kCommon) put(field, spec.values);
+  for (const field of [...kCommon, kMostSteps]) put(field, spec.values);
   return { name, shape, arm: arms[spec.arm] ?? "", other: arms[spec.other_arm] ?? "", values };
 }
 

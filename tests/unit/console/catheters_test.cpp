@@ -184,12 +184,21 @@ TEST(Page, TrajectoriesThatTheRobotCannotRunHaveTheReason) {
     refused += reason.find("found arm b") != std::string::npos ? 1 : 0;
   }
   EXPECT_GE(refused, 4);
+  // What the form of the page does not show, and would lose.
+  const std::map<std::string, std::vector<std::string>> further{{"remote-centre", {"remote_centre"}},
+                                                                {"relative-pose", {"relative_pose"}},
+                                                                {"follow-the-leader", {"follow_the_leader"}},
+                                                                {"needle-passing", {"relative_orientation"}}};
   for (const auto& trajectory : describeTrajectories(two)) {
     EXPECT_EQ(trajectory["refused"], "") << trajectory["name"];
     const auto& spec = trajectory["spec"];
     EXPECT_EQ(spec["shape"].size(), 1u) << trajectory["name"];
     EXPECT_GE(spec["values"]["points"], 40) << trajectory["name"];
+    const auto expected = further.find(trajectory["name"].get<std::string>());
+    EXPECT_EQ(spec["further"], expected == further.end() ? std::vector<std::string>{} : expected->second)
+        << trajectory["name"];
     if (trajectory["name"] == "circle") {
+      EXPECT_EQ(spec["values"]["max_iterations"], 1000);
       EXPECT_EQ(spec["values"]["points"], 100);
       EXPECT_EQ(spec["shape"]["circle"]["center_offset"], (std::vector<double>{0, 0.01, 0}));
       EXPECT_EQ(spec["values"]["speed"], 0.002);
