@@ -25,7 +25,7 @@ shape:
     center_offset_mm: [0, 12.5, 0]
     normal: [0, 0, 1]
     turns: 1
-points: many
+points: "many"
 speed_mm_per_s: 2
 acceleration_mm_per_s2: 5
 tolerance_mm: 0.88
@@ -34,6 +34,18 @@ max_iterations: 1000
 `,
   );
   expect(yamlOf({ ...form("line"), other: "" })).not.toContain("relative");
+});
+
+test("what is no number is one quoted text: no comma makes two values of it, and no empty field none", () => {
+  const yaml = yamlOf(form("line", { displacement_mm: ["0", "1,5", ""], speed_mm_per_s: ["1,5"], points: [""] }));
+  expect(yaml).toContain('displacement_mm: [0, "1,5", ""]\n');
+  expect(yaml).toContain('speed_mm_per_s: "1,5"\n');
+  expect(yaml).toContain('points: ""\n');
+  for (const typed of ["5] # ", 'a"b', "1: 2", "~", "0x10", "1e", "."])
+    expect(yamlOf(form("line", { points: [typed] }))).toContain(`points: ${JSON.stringify(typed)}\n`);
+  for (const typed of ["5", "-5", "+5.25", ".5", "5.", "1e-3", "2.5E+3"])
+    expect(yamlOf(form("line", { points: [typed] }))).toContain(`points: ${typed}\n`);
+  expect(pathOf(form("line", { displacement_mm: ["0", "", "0"] }))).toEqual([]); // an empty field is no zero
 });
 
 test("an edited trajectory has another name than the served one, however often it is edited", () => {

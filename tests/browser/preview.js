@@ -177,6 +177,26 @@ module.exports = ({ me, robot, server, enable, run, shot, open }) => {
       assert.strictEqual(await page().getAttribute('[data-key="points"]', "aria-invalid"), "false");
       await page().fill('[data-key="speed_mm_per_s"]', "3");
       await page().waitForSelector('[data-key="speed_mm_per_s"][aria-invalid="false"]');
+      for (const [key, typed, reason] of [
+        ["speed_mm_per_s", "1,5", /speed_mm_per_s: found the text "1,5", expected a speed/],
+        ["speed_mm_per_s", "", /speed_mm_per_s: found the text "", expected a speed/],
+        ["center_offset_mm", "1,5", /center_offset_mm.*: found the text "1,5", expected a/],
+        ["center_offset_mm", "", /center_offset_mm.*: found the text "", expected a/],
+      ]) {
+        const field = page().locator(`[data-key="${key}"]`).last();
+        const before = await field.inputValue();
+        await field.fill(typed);
+        assert.match(await me().text("#run-check", reason), /^✕/);
+        await page().waitForSelector(`[data-key="${key}"][aria-invalid="true"]`);
+        await field.fill(before);
+      }
+      // The tip of the arm that kept its relative position: the two change places, and none is relative to itself.
+      assert.match(await yaml(), /relative: \[arm_a, arm_b\]\n {2}- tip: arm_a\n/);
+      await page().waitForSelector('#form-other label[title*="follows the shape"] input[value="arm_a"]:disabled');
+      await me().choose("form-arm", "arm_b");
+      assert.match(await yaml(), /relative: \[arm_b, arm_a\]\n {2}- tip: arm_b\n/);
+      await page().waitForSelector('#form-other input[value="arm_b"]:disabled');
+      await page().waitForSelector('#form-other input[value="arm_a"]:checked:not(:disabled)');
       await page().fill("#trajectory-text", `${await yaml()}\n`);
       await me().text("#form-note", /not that of this form/);
       await page().$eval("#trajectory-form", (element) => (element.open = false));

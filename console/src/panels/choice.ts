@@ -45,6 +45,14 @@ export class Choice {
   set value(value: string) {
     for (const [name, radio] of this.radios) if (radio.checked !== (name === value)) radio.checked = name === value;
   }
+  /** Refuses one option with a reason, or offers it again (`why` empty). */
+  refuse(value: string, why: string): void {
+    const radio = this.radios.get(value);
+    if (!radio || this.refusals.get(value) === why) return;
+    this.refusals.set(value, why);
+    setAttribute(radio.closest("label")!, "title", why);
+    radio.disabled = why !== "" || this.element.ariaDisabled === "true";
+  }
   /** Disables all options with a reason, or enables those that can be chosen (`why` empty). */
   allow(why: string): void {
     setAttribute(this.element, "title", why);

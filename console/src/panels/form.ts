@@ -22,21 +22,25 @@ export class TrajectoryForm {
   private readonly inputs = new Map<string, HTMLInputElement[]>();
   private values = new Map<string, readonly string[]>();
   private name = "form";
+  /** Arm whose tip follows the shape. */
+  private tip: string;
   /** Why the trajectory cannot be edited as a form; empty: it can. */
   private refused = "";
 
   /** @param arms  names @param written  called with the text after each change by the operator */
   constructor(
-    arms: readonly string[],
+    private readonly arms: readonly string[],
     private readonly written: (yaml: string) => void,
   ) {
     const names = kShapeNames.map((value) => ({ value, text: value }));
     const tips = arms.map((value) => ({ value, text: shortName(value) }));
     this.shape = new Choice("form-shape", "Shape", names, () => this.reshape());
     this.arm = new Choice("form-arm", "Arm whose tip follows the shape", tips, () => this.write());
+    this.tip = this.arm.value;
     const others = [{ value: "", text: "none" }, ...tips];
     this.other = new Choice("form-other", "Arm that keeps its relative position", others, () => this.write());
     this.other.value = arms[1] ?? "";
+    this.offerOthers();
     this.picture.setAttribute("viewBox", `0 0 ${kSize} ${kSize}`);
     this.picture.setAttribute("role", "img");
     this.picture.setAttribute("aria-label", "The path of the tip");
@@ -65,6 +69,7 @@ export class TrajectoryForm {
       this.shape.value = form.shape;
       this.arm.value = form.arm;
       this.other.value = form.other;
+      this.offerOthers();
     }
     for (const choice of [this.shape, this.arm, this.other]) choice.allow(this.refused);
     this.build();
@@ -91,7 +96,7 @@ export class TrajectoryForm {
       name: this.name,
       shape: this.shape.value as ShapeName,
       arm: this.arm.value,
-      other: this.other.value === this.arm.value ? "" : this.other.value,
+      other: this.other.value,
       values: this.values,
     };
   }
@@ -100,8 +105,16 @@ export class TrajectoryForm {
     this.build();
     this.write();
   }
+  /** An arm has a relative position to another one alone. Where the tip becomes that of the arm that kept it, the two change places. */
+  private offerOthers(): void {
+    if (this.other.value === this.arm.value) this.other.value = this.tip === this.arm.value ? "" : this.tip;
+    this.tip = this.arm.value;
+    for (const arm of this.arms)
+      this.other.refuse(arm, arm === this.tip ? "Its tip follows the shape: choose another arm." : "");
+  }
   private write(): void {
     this.name = editedName(this.name);
+    this.offerOthers();
     for (const [key, inputs] of this.inputs)
       this.values.set(
         key,

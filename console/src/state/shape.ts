@@ -67,10 +67,15 @@ const kEdited = "-edited";
 /** The name of a trajectory that the operator has changed: reports of its run do not have the name of a served one. */
 export const editedName = (name: string): string => (name.endsWith(kEdited) ? name : name + kEdited);
 
+const kNumber = /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i;
+/** What was typed, as one YAML value: "1,5" in a list would be two numbers, and an empty field none. The parser says of a text which key has it,
+ * and what is expected there. */
+const scalar = (typed: string): string => (kNumber.test(typed) ? typed : JSON.stringify(typed));
+
 /** The trajectory file. */
 export function yamlOf(form: Form): string {
   const line = (field: Field): string => {
-    const values = valuesOf(form, field);
+    const values = valuesOf(form, field).map(scalar);
     return `${field.key}: ${field.initial.length > 1 ? `[${values.join(", ")}]` : values[0]}`;
   };
   const tasks = [...(form.other === "" ? [] : [`relative: [${form.arm}, ${form.other}]`]), `tip: ${form.arm}`];
@@ -99,7 +104,9 @@ const kSteps = 120;
 
 /** Points of the path, mm, from the start at zero; empty if a value is not a number. */
 export function pathOf(form: Form): number[][] {
-  const numbers = kShapes[form.shape].map((field) => valuesOf(form, field).map(Number));
+  const numbers = kShapes[form.shape].map((field) =>
+    valuesOf(form, field).map((typed) => (kNumber.test(typed) ? Number(typed) : NaN)),
+  );
   if (!numbers.flat().every(Number.isFinite)) return [];
   const [a = [], b = [], c = []] = numbers;
   const zero = [0, 0, 0];
