@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 
 import type { Level } from "../src/state/log";
-import { Log, toCsv } from "../src/state/log";
+import { keepAcknowledged, Log, toCsv } from "../src/state/log";
 import { seeded } from "./random";
 
 const kLevels: Level[] = ["done", "info", "bad", "alarm"];
@@ -46,6 +46,57 @@ test("an alarm that comes while others are acknowledged stays open", () => {
   expect(log.open.map(({ text }) => text)).toEqual(["too late to be seen"]);
   log.acknowledge(log.entries, 9);
   expect(log.entries.map(({ acknowledged }) => acknowledged)).toEqual([5, 9]);
+});
+
+/** The storage of a browser's tab. */
+function tab() {
+  const kept = new Map<string, string>();
+  return {
+    getItem: (key: string) => kept.get(key) ?? null,
+    setItem: (key: string, value: string) => void kept.set(key, value),
+  };
+}
+
+test("after a reload those alarms are acknowledged that were before, and no other, whenever it came", () => {
+  const random = seeded();
+  for (let run = 0; run < 100; ++run) {
+    const storage = tab();
+    const times = Array.from({ length: 20 }, (_, k) => 1e12 + 2000 * k + 900 * random());
+    const texts = times.map(() => (random() < 0.5 ? "Arm A: stop_requested" : "Arm B: stop_requested"));
+    let seen = new Set<number>();
+    for (let load = 0; load < 4; ++load) {
+      const log = new Log();
+      keepAcknowledged(log, "f", storage);
+      // The clocks are compared again: the times differ a little.
+      const offset = 200 * random() - 100;
+      log.past = true;
+      times.forEach((time, k) => log.add("alarm", texts[k]!, "robot", time + offset));
+      log.past = false;
+      expect(log.entries.map(({ acknowledged }) => acknowledged !== 0)).toEqual(times.map((_, k) => seen.has(k)));
+      // The operator sees some of them, not always the oldest ones.
+      const open = log.open.filter(() => random() < 0.3);
+      seen = new Set([...seen, ...open.map((entry) => log.entries.indexOf(entry))]);
+      log.acknowledge(open, 5000 + load);
+    }
+  }
+});
+
+test("a kept acknowledgement is that of one alarm, with its time, and of the same robot", () => {
+  const storage = tab();
+  const load = (fingerprint: string): Log => {
+    const log = new Log();
+    keepAcknowledged(log, fingerprint, storage);
+    log.past = true;
+    log.add("alarm", "fault", "robot", 1000);
+    log.add("alarm", "fault", "robot", 1100);
+    log.past = false;
+    return log;
+  };
+  const first = load("f");
+  first.acknowledge([first.entries[1]!], 7);
+  first.acknowledge([first.entries[1]!], 8); // it is acknowledged already
+  expect(load("f").entries.map(({ acknowledged }) => acknowledged)).toEqual([0, 7]);
+  expect(load("another").open.length).toBe(2);
 });
 
 test("search finds entries with all words, in text and source, in any case", () => {

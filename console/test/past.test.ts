@@ -68,7 +68,7 @@ test("events of the past take their place by time; alarms that were acknowledged
   const log = new Log();
   const urgent: string[] = [];
   log.urgent = (what) => urgent.push(what);
-  log.acknowledgedBefore = 1500;
+  log.known = [{ source: "robot", text: "first", time: 1010, acknowledged: 1500 }];
   log.add("info", "now", "page", 3000);
   log.past = true;
   log.add("alarm", "first", "robot", 1000);
@@ -77,10 +77,10 @@ test("events of the past take their place by time; alarms that were acknowledged
   expect(log.entries.map(({ text }) => text)).toEqual(["first", "second", "now"]);
   expect(log.open.map(({ text }) => text)).toEqual(["second"]);
   expect(urgent).toEqual([]);
-  let until = 0;
-  log.acknowledging = (time) => (until = time);
-  log.acknowledge(log.open);
-  expect(until).toBe(2000);
+  let kept: readonly unknown[] = [];
+  log.acknowledging = (alarms) => (kept = alarms);
+  log.acknowledge(log.open, 2500);
+  expect(kept).toEqual([{ source: "robot", text: "second", time: 2000, acknowledged: 2500 }]);
   log.add("alarm", "third", "robot", 4000);
   expect(urgent).toEqual(["robot: third"]);
 });

@@ -26,18 +26,28 @@ export interface Filter {
   search: string;
 }
 
+/** An alarm that was acknowledged, as it is kept beyond a reload. */
+export interface Acknowledged {
+  source: string;
+  text: string;
+  /** Of the alarm, ms since 1970. */
+  time: number;
+  /** ms since 1970 */
+  acknowledged: number;
+}
+
 const kMost = 5000;
+const kTolerance = 500; // ms by which a time may differ when the clocks are compared again
 
 export class Log {
   private all: Entry[] = [];
   /** Entries left out because there were too many; no alarm is among them. */
   leftOut = 0;
-  /** What is added now is of the past, and takes its place by its time. */
-  past = false;
-  /** ms since 1970: up to here this page has acknowledged alarms before it was loaded again. */
-  acknowledgedBefore = 0;
-  /** Called with the time of the last acknowledged alarm. */
-  acknowledging: (time: number) => void = () => {};
+  private ofPast = false;
+  /** Alarms that this page had acknowledged before it was loaded again, as far as they have not come yet. */
+  known: Acknowledged[] = [];
+  /** Called with alarms that were not acknowledged before. */
+  acknowledging: (alarms: readonly Acknowledged[]) => void = () => {};
   /** Counts changes. */
   version = 0;
   /** Called with each new entry. */
@@ -50,8 +60,7 @@ export class Log {
   /** @param time  ms since 1970 */
   add(level: Level, text: string, source = "this page", time = Date.now(), announced = true): void {
     const { past } = this;
-    const known = past && level === "alarm" && time <= this.acknowledgedBefore;
-    const entry: Entry = { time, level, source, text, announced, past, acknowledged: known ? time : 0 };
+    const entry: Entry = { time, level, source, text, announced, past, acknowledged: 0 };
     const later = past ? this.all.findIndex((one) => one.time > time) : -1;
     this.all.splice(later < 0 ? this.all.length : later, 0, entry);
     if (this.all.length > this.most) {
@@ -66,6 +75,35 @@ export class Log {
     if (level === "alarm" && !past) this.urgent(`${source}: ${text}`);
   }
 
+  /** What is added now is of the past, and takes its place by its time. */
+  get past(): boolean {
+    return this.ofPast;
+  }
+  set past(is: boolean) {
+    if (this.ofPast && !is) this.recall();
+    this.ofPast = is;
+  }
+  /** Finds the alarms that this page had acknowledged before it was loaded again: each known one is the nearest alarm with its text. */
+  private recall(): void {
+    const pairs = this.open
+      .filter(({ past }) => past)
+      .flatMap((entry) =>
+        this.known
+          .filter(({ text, source }) => text === entry.text && source === entry.source)
+          .map((one) => ({ entry, one, off: Math.abs(entry.time - one.time) })),
+      )
+      .filter(({ off }) => off <= kTolerance)
+      .sort((a, b) => a.off - b.off);
+    const found = new Set<Acknowledged>();
+    for (const { entry, one } of pairs) {
+      if (entry.acknowledged !== 0 || found.has(one)) continue;
+      entry.acknowledged = one.acknowledged;
+      found.add(one);
+    }
+    this.known = this.known.filter((one) => !found.has(one));
+    this.version += 1;
+  }
+
   /** In the order in which they came. */
   get entries(): readonly Entry[] {
     return this.all;
@@ -76,8 +114,9 @@ export class Log {
   }
   /** Acknowledges these alarms: those that the operator has seen. */
   acknowledge(seen: readonly Entry[], time = Date.now()): void {
-    for (const entry of seen) entry.acknowledged ||= time;
-    this.acknowledging(Math.max(0, ...seen.map((entry) => entry.time)));
+    const open = seen.filter(({ level, acknowledged }) => level === "alarm" && acknowledged === 0);
+    for (const entry of open) entry.acknowledged = time;
+    this.acknowledging(open.map(({ source, text, time: of }) => ({ source, text, time: of, acknowledged: time })));
     this.version += 1;
   }
 
@@ -104,11 +143,17 @@ export function toCsv(entries: readonly Entry[]): string {
   return ["time,level,source,text,acknowledged", ...rows, ""].join("\r\n");
 }
 
-const kTolerance = 100; // ms by which a time may differ when the clocks are compared again
+const kMostKept = 2000; // alarms: the server has no more events
 
-/** Keeps in the browser's tab which alarms are acknowledged, for the same page loaded again. */
-export function keepAcknowledged(log: Log, fingerprint: string): void {
-  const key = `acknowledged ${fingerprint}`;
-  log.acknowledgedBefore = Number(sessionStorage.getItem(key) ?? 0);
-  log.acknowledging = (time) => sessionStorage.setItem(key, String(time + kTolerance));
+/** Keeps in the browser's tab which alarms are acknowledged, for the same page loaded again. Others stay open, whatever their time is: nobody
+ * has seen them. */
+export function keepAcknowledged(
+  log: Log,
+  fingerprint: string,
+  storage: Pick<Storage, "getItem" | "setItem"> = sessionStorage,
+): void {
+  const key = `acknowledged alarms ${fingerprint}`;
+  const read = (): Acknowledged[] => JSON.parse(storage.getItem(key) ?? "[]") as Acknowledged[];
+  log.known = read();
+  log.acknowledging = (alarms) => storage.setItem(key, JSON.stringify([...read(), ...alarms].slice(-kMostKept)));
 }
