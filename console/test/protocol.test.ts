@@ -5,7 +5,7 @@ import { expect, test } from "vitest";
 
 import { messages } from "../src/wire/definitions";
 import type { Time } from "../src/wire/messages";
-import { advertiseText, parseBinary, parseText, publishFrame, subscribeText } from "../src/wire/protocol";
+import { advertiseText, milliseconds, parseBinary, parseText, publishFrame, subscribeText } from "../src/wire/protocol";
 import { seeded } from "./random";
 
 test("message data: subscription, time and payload; anything else is no message", () => {
@@ -94,4 +94,17 @@ test("a stamp has the members that its type names", () => {
   const stamp: Time = { sec: 7, nanosec: 8 };
   const bytes = new MessageWriter(definition).writeMessage({ stamp });
   expect(new MessageReader(definition).readMessage(bytes)).toEqual({ stamp });
+});
+
+test("times of whole milliseconds are exact, and later times are not earlier", () => {
+  const random = seeded();
+  for (let k = 0; k < 10_000; ++k) {
+    const whole = Math.floor(1.6e12 + 4e11 * random());
+    expect(milliseconds(BigInt(whole) * 1_000_000n)).toBe(whole);
+    const rest = Math.floor(1e6 * random());
+    const at = milliseconds(BigInt(whole) * 1_000_000n + BigInt(rest));
+    expect(Math.abs(at - whole - rest / 1e6)).toBeLessThanOrEqual(2 ** -13); // half of the last digit at 2^40
+    expect(at).toBeGreaterThanOrEqual(whole);
+    expect(at).toBeLessThanOrEqual(whole + 1);
+  }
 });

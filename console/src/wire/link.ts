@@ -3,7 +3,15 @@
 import { parse } from "@foxglove/rosmsg";
 import { MessageReader, MessageWriter } from "@foxglove/rosmsg2-serialization";
 
-import { advertiseText, kSubprotocols, parseBinary, parseText, publishFrame, subscribeText } from "./protocol";
+import {
+  advertiseText,
+  kSubprotocols,
+  milliseconds,
+  parseBinary,
+  parseText,
+  publishFrame,
+  subscribeText,
+} from "./protocol";
 import type { ServerChannel } from "./protocol";
 import type { Sample } from "./samples";
 
@@ -230,7 +238,7 @@ export class Link implements Source {
       const slot = this.bySubscription.get(message.subscription);
       if (!slot) return false;
       this.receivedAt = performance.now();
-      slot.put(message.payload, this.receivedAt, 1e-6 * Number(message.logTime));
+      slot.put(message.payload, this.receivedAt, milliseconds(message.logTime));
       return true;
     }
     const text = parseText(data);

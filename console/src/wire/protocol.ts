@@ -28,6 +28,10 @@ export interface MessageData {
   payload: DataView;
 }
 
+/** A time as ms since 1970, rounded once: whole milliseconds are exact, and the order of times stays. */
+export const milliseconds = (nanoseconds: bigint): number =>
+  Number(nanoseconds / 1_000_000n) + Number(nanoseconds % 1_000_000n) / 1e6;
+
 const kMessageData = 0x01;
 const kClientMessageData = 0x01;
 const kHeader = 13; // opcode, u32 subscription, u64 time

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Samples of the past as the server packs them in one answer: each with its length, in the frame of the WebSocket. */
-import { parseBinary } from "./protocol";
+import { milliseconds, parseBinary } from "./protocol";
 
 export interface Sample {
   /** Of the server's advertisement. */
@@ -29,8 +29,8 @@ export function parseSamples(answer: ArrayBuffer): Samples {
     if (at + length > answer.byteLength) throw new Error("samples: the answer ends within a sample");
     const frame = parseBinary(answer.slice(at, at + length));
     if (!frame) throw new Error("samples: found something else in the answer");
-    samples.push({ channel: frame.subscription, time: 1e-6 * Number(frame.logTime), payload: frame.payload });
+    samples.push({ channel: frame.subscription, time: milliseconds(frame.logTime), payload: frame.payload });
     at += length;
   }
-  return { reached: 1e-6 * Number(view.getBigUint64(0, true)), samples };
+  return { reached: milliseconds(view.getBigUint64(0, true)), samples };
 }
