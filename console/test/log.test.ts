@@ -2,7 +2,7 @@
 import { expect, test } from "vitest";
 
 import type { Level } from "../src/state/log";
-import { keepAcknowledged, Log, toCsv } from "../src/state/log";
+import { clockTime, keepAcknowledged, Log, toCsv } from "../src/state/log";
 import { seeded } from "./random";
 
 const kLevels: Level[] = ["done", "info", "bad", "alarm"];
@@ -110,6 +110,12 @@ test("search finds entries with all words, in text and source, in any case", () 
   expect(texts(" lease  1F3A ")).toEqual(["client 1f3a"]);
   expect(texts("", new Set<Level>(["alarm"]))).toEqual(["robot"]);
   expect(texts("arm nowhere")).toEqual([]);
+});
+
+test("events of another day have its date", () => {
+  const at = new Date(2026, 10, 27, 14, 3, 22, 7).getTime();
+  expect(clockTime(at, at + 1000)).toBe("14:03:22.007");
+  expect(clockTime(at, at + 86_400_000)).toBe("27 Nov 14:03:22.007");
 });
 
 test("CSV keeps every character of the texts", () => {

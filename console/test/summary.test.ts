@@ -4,7 +4,7 @@ import { expect, test } from "vitest";
 
 import { useDescriptions } from "../src/state/descriptions";
 import type { Descriptions } from "../src/state/descriptions";
-import { describeSummary } from "../src/state/summary";
+import { describeSummary, standingOf } from "../src/state/summary";
 import { Phase, TaskKind } from "../src/wire/messages";
 import type { RunSummary } from "../src/wire/messages";
 
@@ -44,6 +44,18 @@ test("a finished run names its tasks, errors, gate, distance and limits", () => 
     ],
     bad: false,
   });
+});
+
+test("a result from before the start of planning, or of another system, is not that of the last run", () => {
+  const plan = { fingerprint: 0xabn, trajectory_id: 1, point_count: 100 };
+  const own = "00000000000000ab";
+  expect(standingOf(kRun, plan, own)).toBe("last");
+  expect(standingOf(kRun, { ...plan, trajectory_id: 2 }, own)).toBe("none"); // the next run is under way
+  // Planning was started again: it has another number, and no run yet.
+  expect(standingOf(kRun, { ...plan, trajectory_id: 77, point_count: 0 }, own)).toBe("earlier");
+  expect(standingOf(kRun, { ...plan, fingerprint: 0xacn }, own)).toBe("earlier");
+  expect(standingOf(null, plan, own)).toBe("none");
+  expect(standingOf(kRun, null, own)).toBe("none");
 });
 
 test("errors of axes and orientations are in degrees", () => {

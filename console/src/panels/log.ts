@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** The log: the newest events and open alarms, always visible; all of it with search, filter and export in a panel. */
 import type { Entry, Level } from "../state/log";
-import { Log, toCsv } from "../state/log";
+import { clockTime, Log, toCsv } from "../state/log";
 import type { Announcer } from "./announcer";
 import { action, h, setAttribute, setText, setUsable } from "./dom";
 import { Sound } from "./sound";
@@ -10,11 +10,6 @@ const kGlyph: Record<Level, string> = { done: "✓", info: "·", bad: "!", alarm
 const kNewest = 100; // entries in the list that is always visible
 const kShown = 1000; // and at most in the panel
 const kRepeat = 5000; // ms between the tones of alarms that are not acknowledged
-
-const clockTime = (time: number): string => {
-  const at = new Date(time);
-  return `${at.toLocaleTimeString("en-GB")}.${String(at.getMilliseconds()).padStart(3, "0")}`;
-};
 
 export class LogPanel {
   readonly log = new Log();

@@ -3,7 +3,7 @@
 import type { Trajectory } from "../state/robot";
 import { fetchJson } from "../state/robot";
 import { limitsInTheWay, nameOf } from "../state/descriptions";
-import { describeSummary } from "../state/summary";
+import { describeSummary, standingOf } from "../state/summary";
 import { Phase } from "../wire/messages";
 import type { RunSummary } from "../wire/messages";
 import type { Context, Panel } from "./context";
@@ -38,6 +38,7 @@ export class Run implements Panel {
   private readonly reasons = new Reasons();
   /** Result of the last run: last in the panel, where its coming moves nothing. */
   readonly result = h("details.result", { hidden: true, open: "", id: "run-summary" });
+  private readonly past = h("strong", { hidden: true }, "Past, not of the system that runs now: ");
   private shown: RunSummary | null = null;
   private readonly start: HTMLButtonElement;
   private readonly pause: HTMLButtonElement;
@@ -144,18 +145,22 @@ export class Run implements Panel {
     if (found?.spec) this.form.show(formOf(found.name, found.spec, arms));
   }
 
-  /** Result of the last run, from its end to the start of the next. */
+  /** Result of the last run, from its end to the start of the next; one from before the start of planning is marked as such. */
   private showSummary(): void {
-    const summary = this.c.world.lastRun();
-    setShown(this.result, summary !== null && summary.trajectory_id === this.c.world.plan()?.trajectory_id);
+    const { world, robot } = this.c;
+    const summary = world.lastRun();
+    const standing = standingOf(summary, world.plan(), robot.fingerprint);
+    setShown(this.result, standing !== "none");
+    setShown(this.past, standing === "earlier");
+    setClass(this.result, "earlier", standing === "earlier");
     if (summary === null || summary === this.shown) return;
     this.shown = summary;
     const text = describeSummary(
       summary,
-      this.c.robot.arms.map(({ name }) => name),
+      robot.arms.map(({ name }) => name),
     );
     this.result.replaceChildren(
-      h("summary", {}, text.headline),
+      h("summary", {}, this.past, text.headline),
       h("ul", {}, ...text.lines.map((line) => h("li", {}, line))),
     );
     setClass(this.result, "bad", text.bad);

@@ -132,6 +132,14 @@ export class Log {
   }
 }
 
+/** "14:03:22.123", of another day "27 Nov 14:03:22.123". @param now  ms since 1970 */
+export function clockTime(time: number, now = Date.now()): string {
+  const at = new Date(time);
+  const clock = `${at.toLocaleTimeString("en-GB")}.${String(at.getMilliseconds()).padStart(3, "0")}`;
+  if (at.toDateString() === new Date(now).toDateString()) return clock;
+  return `${at.toLocaleDateString("en-GB", { day: "numeric", month: "short" })} ${clock}`;
+}
+
 const quoted = (text: string): string => `"${text.replaceAll('"', '""')}"`;
 
 /** CSV by RFC 4180; times in UTC. */

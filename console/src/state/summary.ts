@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Text of a run's summary, with the content of that of `tandem robot run`. */
 import { Phase, TaskKind } from "../wire/messages";
-import type { RunSummary } from "../wire/messages";
+import type { PlanningReference, RunSummary } from "../wire/messages";
 import { nameOf, shortName } from "./descriptions";
 import { millimetres } from "./numbers";
 
@@ -11,6 +11,22 @@ export interface SummaryText {
   lines: string[];
   /** The run failed, or bodies overlapped. */
   bad: boolean;
+}
+
+/** Of which run a summary is: the last one of the planning that runs now; of an earlier one, or of another robot or deployment; neither while
+ * another run is under way. */
+export type Standing = "last" | "earlier" | "none";
+
+/** @param plan  what planning publishes now; null: nothing is known of it @param fingerprint  of robot and deployment */
+export function standingOf(
+  summary: RunSummary | null,
+  plan: Pick<PlanningReference, "fingerprint" | "trajectory_id" | "point_count"> | null,
+  fingerprint: string,
+): Standing {
+  if (summary === null || plan === null) return "none";
+  if (plan.fingerprint !== BigInt(`0x${fingerprint}`)) return "earlier";
+  if (summary.trajectory_id === plan.trajectory_id) return "last";
+  return plan.point_count === 0 ? "earlier" : "none"; // planning has had no run since its start
 }
 
 /** Tasks of angles, with errors in degrees. */
