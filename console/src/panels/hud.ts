@@ -9,7 +9,8 @@ import { kPresets } from "../scene/view";
 import { age, ageText } from "../state/age";
 import { shortName } from "../state/descriptions";
 import { forceOf, newtons } from "../state/force";
-import { port, TaskKind } from "../wire/messages";
+import { describeRelative } from "../state/relative";
+import { port } from "../wire/messages";
 import { Choice } from "./choice";
 import type { Context, Panel } from "./context";
 import { action, h, setAttribute, setClass, setShown, setText } from "./dom";
@@ -180,19 +181,13 @@ export class Hud implements Panel {
   }
 
   private updateRelative(): void {
-    const [a, b] = [this.view.arms[0], this.view.arms[1]];
-    setShown(this.relative, a !== undefined && b !== undefined);
-    if (!a?.hasTip || !b?.hasTip) return;
-    const now = a.tip.clone().sub(b.tip);
-    const task = this.c.world
-      .plan()
-      ?.tasks.slice(0, this.c.world.plan()?.task_count)
-      .find((t) => t.kind === TaskKind.relativePosition);
-    const text = `tip ${this.names[0]} from tip ${this.names[1]}: ${now
-      .toArray()
-      .map((x) => millimetres(x, 1))
-      .join(", ")} mm`;
-    const off = task ? Math.hypot(...now.toArray().map((x, k) => x - task.position[k]!)) : null;
-    setText(this.relative, off === null ? text : `${text} · error ${millimetres(off, 3)} mm`);
+    const { world, robot } = this.c;
+    setShown(this.relative, robot.arms.length > 1);
+    const text = describeRelative(
+      world.plan(),
+      this.view.arms.map((arm) => (arm.hasTip ? arm.tip.toArray() : null)),
+      robot.arms.map(({ name }) => name),
+    );
+    if (text !== "") setText(this.relative, text);
   }
 }
