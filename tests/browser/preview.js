@@ -25,8 +25,20 @@ const covered = () => {
   );
 };
 
-/** m or rad between a ghost and the nearest joints that were seen in the run, ten times a second. */
+/** m or rad between a ghost and the way of the joints that were seen in the run. */
 const kGhost = 0.02;
+/** Ghosts to compare. */
+const kGhosts = 9;
+
+/** Largest distance of a joint from its place on the straight way between two positions, where that distance is least: a busy machine sees
+ * the joints seldom, and what lies between two positions was passed, too. */
+function fromWay(joints, [from, to]) {
+  const way = to.map((q, j) => q - from[j]);
+  const square = way.reduce((sum, d) => sum + d * d, 0);
+  const along = square === 0 ? 0 : joints.reduce((sum, q, j) => sum + (q - from[j]) * way[j], 0) / square;
+  const share = Math.min(1, Math.max(0, along));
+  return Math.max(...joints.map((q, j) => Math.abs(q - from[j] - share * way[j])));
+}
 
 module.exports = ({ me, robot, server, enable, run, shot, open }) => {
   const page = () => me().page;
@@ -133,6 +145,12 @@ module.exports = ({ me, robot, server, enable, run, shot, open }) => {
       await me().waitForScene("ghosts are drawn", (s) => differing(s, before) > 20);
       await shot("console-preview");
       await page().waitForSelector("#preview-note[hidden]", { state: "attached" });
+      // A busy machine draws few poses while the preview plays; those that came too late are drawn when it plays again.
+      for (let plays = 0; plays < 5 && (await page().evaluate(() => window.ghosts.length)) < kGhosts; ++plays) {
+        await me().press("#run-preview");
+        await page().waitForSelector("#preview-note:not([hidden])");
+        await page().waitForSelector("#preview-note[hidden]", { state: "attached" });
+      }
       await me().waitForScene("ghosts are gone", (s) => differing(s, before) < 5);
       await robot().until("be observed", () => true);
       assert.ok(robot().changed < since, "a joint moved in the preview");
@@ -145,11 +163,13 @@ module.exports = ({ me, robot, server, enable, run, shot, open }) => {
       await me().text("#progress", /finished/);
       await robot().stands("the end of the run", monotonic());
       robot().waiting.delete(watch);
-      const apart = (a, b) => Math.max(...a.map((q, j) => Math.abs(q - b[j])));
       const ghosts = await page().evaluate(() => window.ghosts);
-      assert.ok(ghosts.length > 8, `only ${ghosts.length} ghosts were seen`);
-      const worst = Math.max(...ghosts.map((ghost) => Math.min(...passed.map((joints) => apart(ghost, joints)))));
-      console.log(`    ${ghosts.length} ghosts, ${worst.toExponential(1)} m or rad from the joints of the run`);
+      assert.ok(ghosts.length >= kGhosts, `only ${ghosts.length} ghosts were seen`);
+      const ways = passed.slice(1).map((joints, k) => [passed[k], joints]);
+      const worst = Math.max(...ghosts.map((ghost) => Math.min(...ways.map((way) => fromWay(ghost, way)))));
+      console.log(
+        `    ${ghosts.length} ghosts, ${worst.toExponential(1)} m or rad from the way of the joints in the run`,
+      );
       assert.ok(worst < kGhost, "the robot went elsewhere");
     },
 
