@@ -352,4 +352,45 @@ class Operator {
 
 const differing = (a, b) => a.grey.reduce((count, value, k) => count + (Math.abs(value - b.grey[k]) > 60 ? 1 : 0), 0);
 
-module.exports = { FrameLink, Operator, Robot, Server, SlowLink, differing, kChromium, kTimeout, monotonic, serve };
+/** A test of its own process: starts server and browser, observes the robot, plays, ends all of them, and ends the process with the result.
+ * After a failure there are pictures of all pages. @param play  gets setting, server, robot and browser */
+async function operated(play) {
+  const setting = JSON.parse(process.argv[2]);
+  const server = new Server(setting);
+  let robot;
+  let browser;
+  let good = false;
+  try {
+    await server.start();
+    robot = new Robot(setting);
+    browser = await Operator.launch(setting);
+    await play({ setting, server, robot, browser });
+    good = true;
+  } catch (error) {
+    console.log(`  BAD ${error.stack}`);
+    const pages = browser?.contexts().flatMap((context) => context.pages()) ?? [];
+    for (const [k, page] of pages.entries()) {
+      console.log(`      page ${k + 1} says: ${await page.textContent(".messages").catch(() => "nothing")}`);
+      await page.screenshot({ path: path.join(setting.artifacts, `bad-${k + 1}.png`) }).catch(() => {});
+    }
+  } finally {
+    await browser?.close();
+    robot?.close();
+    if (server.process?.exitCode === null && server.process.signalCode === null) await server.kill("SIGTERM");
+  }
+  process.exit(good ? 0 : 1);
+}
+
+module.exports = {
+  FrameLink,
+  Operator,
+  Robot,
+  Server,
+  SlowLink,
+  differing,
+  kChromium,
+  kTimeout,
+  monotonic,
+  operated,
+  serve,
+};
