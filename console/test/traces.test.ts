@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import { expect, test } from "vitest";
 
-import { taskTraces } from "../src/state/traces";
+import { errorTraces, taskTraces } from "../src/state/traces";
 import type { PlanningReference } from "../src/wire/messages";
 import { Phase, TaskKind } from "../src/wire/messages";
 
@@ -36,4 +36,19 @@ test("tasks of no trajectory have no arm", () => {
     ["", false],
     ["", false],
   ]);
+});
+
+test("lines of errors name their unit where it is not mm, and no angle has the colour of an arm", () => {
+  const kinds = [TaskKind.tipPosition, TaskKind.relativeOrientation, TaskKind.tipPose, TaskKind.remoteCentre];
+  const tasks = kinds.map((kind) => ({ kind, arm: 1, other_arm: 0 }));
+  const run = { phase: Phase.running, task_count: 4, tasks } as unknown as PlanningReference;
+  expect(errorTraces(4, run, kArms).map(({ name }) => name)).toEqual([
+    "tip B",
+    "orientation B from A, °",
+    "pose B, mm with angles",
+    "centre B",
+  ]);
+  expect(taskTraces(4, run, kArms)[1]!.name).toBe("orientation B from A");
+  expect(errorTraces(4, run, kArms)[1]!.colour).not.toContain("arm");
+  expect(errorTraces(2, null, kArms)[0]!.name).toBe("1st");
 });

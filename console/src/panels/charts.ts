@@ -2,7 +2,8 @@
 /** Strip charts of the last 30 s: what the arms do beside the bars, and what the loop does in the Health panel. */
 import type { ControlStatus } from "../wire/messages";
 import { forceOf } from "../state/force";
-import { armTrace, kNoTrace, plain, taskTraces } from "../state/traces";
+import { followedTasks, scaleOf } from "../state/taskerrors";
+import { armTrace, errorTraces, kNoTrace, plain, taskTraces } from "../state/traces";
 import { shortName } from "../state/descriptions";
 import type { Context, Panel } from "./context";
 import { h } from "./dom";
@@ -15,8 +16,8 @@ const kTasks = 4;
 const kRoundTripGap = 2.5; // s: one is measured every 0.5 s
 const kNoTasks = Array.from({ length: kTasks }, () => kNoTrace);
 
-const tasks = (status: ControlStatus, values: Float64Array, factor: number): (number | null)[] =>
-  [...values].map((value, k) => (k < status.task_count ? factor * value : null));
+const tasks = (status: ControlStatus, values: Float64Array, factor: (k: number) => number): (number | null)[] =>
+  [...values].map((value, k) => (k < status.task_count ? factor(k) * value : null));
 /** Metres as millimetres; below 0, bodies overlap. */
 const distance = (mm: number): string => (mm < 0 ? `overlap of ${digits(-mm)}` : digits(mm));
 
@@ -41,7 +42,7 @@ export class Charts implements Panel {
   ) {
     const { element, loop } = this;
     const text = digits;
-    this.error = this.make(element, { title: "task error, mm", traces: [...kNoTasks], least: 0, span: 0.1, text });
+    this.error = this.make(element, { title: "task error, mm or °", traces: [...kNoTasks], least: 0, span: 0.1, text });
     this.scale = this.make(element, { title: "task scale, 0 to 1", traces: [...kNoTasks], least: 0, most: 1.05, text });
     if (c.robot.capabilities.computation) this.makeClearance();
     if (c.robot.capabilities.common_path) this.makeForces();
@@ -111,14 +112,21 @@ export class Charts implements Panel {
   }
 
   private take(status: ControlStatus, time: number): void {
+    const plan = this.c.world.plan();
     if (status.task_count > 0) {
       const arms = this.c.robot.arms.map(({ name }) => name);
-      taskTraces(status.task_count, this.c.world.plan(), arms).forEach((trace, k) => {
-        for (const chart of [this.error, this.scale]) chart.rename(k, trace);
-      });
+      errorTraces(status.task_count, plan, arms).forEach((trace, k) => this.error.rename(k, trace));
+      taskTraces(status.task_count, plan, arms).forEach((trace, k) => this.scale.rename(k, trace));
     }
-    this.error.add(time, tasks(status, status.task_error, 1e3));
-    this.scale.add(time, tasks(status, status.task_scale, 1));
+    const followed = followedTasks(status.task_count, plan);
+    this.error.add(
+      time,
+      tasks(status, status.task_error, (k) => scaleOf(followed[k]).factor),
+    );
+    this.scale.add(
+      time,
+      tasks(status, status.task_scale, () => 1),
+    );
     this.solver.add(time, [1e3 * status.solve_time, 1e3 * status.cycle_time]);
     this.jitter.add(time, [this.deviation(status), 1e3 * status.jitter_max]);
   }

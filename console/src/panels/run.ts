@@ -4,6 +4,7 @@ import type { Trajectory } from "../state/robot";
 import { fetchJson } from "../state/robot";
 import { limitsInTheWay, nameOf } from "../state/descriptions";
 import { describeSummary, standingOf } from "../state/summary";
+import { describeErrors } from "../state/taskerrors";
 import { Phase } from "../wire/messages";
 import type { RunSummary } from "../wire/messages";
 import type { Context, Panel } from "./context";
@@ -15,7 +16,6 @@ import { TrajectoryForm } from "./form";
 import { Preview } from "./preview";
 import { formOf } from "../state/shape";
 import type { View } from "../scene/view";
-import { millimetres } from "../state/numbers";
 
 export class Run implements Panel {
   readonly element: HTMLElement;
@@ -191,8 +191,7 @@ export class Run implements Panel {
     const share = plan && plan.point_count > 0 ? plan.point / plan.point_count : 0;
     setAttribute(this.bar, "value", share.toFixed(3));
     setText(this.progress, this.progressText(now));
-    const errors = status ? [...status.task_error.slice(0, status.task_count)] : [];
-    setText(this.errors, errors.length > 0 ? `error ${errors.map((e) => millimetres(e, 3)).join(" / ")} mm` : "");
+    setText(this.errors, status ? describeErrors(status, plan) : "");
     const limits = status ? limitsInTheWay(status, this.c.robot.arms) : "";
     setText(this.limits, limits);
     setShown(this.limits, limits !== "");
