@@ -108,6 +108,14 @@ module.exports = ({ robot, me, enable }) => {
           while (performance.now() < end);
         }, hung);
         await robot().stands(`the page has hung for ${hung} ms, and the button is still down`, since);
+        // Nothing else says why: the button is still down, and the link is as before.
+        const newest = page()
+          .locator(".messages li", { hasText: /of arm A up: ended, because/ })
+          .first();
+        assert.match(
+          await newest.textContent(),
+          /Hold to jog .* of arm A up: ended, because this page hung for \d+ ms, .* Let it go, and hold it again\./,
+        );
         await page().mouse.up();
       }
     },

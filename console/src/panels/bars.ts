@@ -111,6 +111,7 @@ export class Bars implements Panel {
       period: 400 * Math.max(robot.budgets.teleoperation, 2 * robot.control.period),
       ask: () => void ask(),
       end: () => void commander.hold(),
+      say: (text) => this.c.messages.add("bad", text),
     });
     this.holds.push({ arm: bar.arm, hold });
     return button;

@@ -15,6 +15,8 @@ export interface Held {
   period: number;
   ask(): void;
   end(): void;
+  /** Tells the operator why it has ended, where that cannot be seen. */
+  say(text: string): void;
 }
 
 /** While a button is held, `ask` is called at once and then periodically. Anything that may hide its release ends it: another button,
@@ -29,7 +31,7 @@ export class Hold {
   private over = new AbortController();
 
   constructor(
-    button: HTMLButtonElement,
+    private readonly button: HTMLButtonElement,
     private readonly held: Held,
   ) {
     button.addEventListener("pointerdown", (event) => {
@@ -42,6 +44,9 @@ export class Hold {
     });
   }
 
+  private get name(): string {
+    return this.button.getAttribute("aria-label") ?? this.button.textContent ?? "";
+  }
   get active(): boolean {
     return this.timer !== undefined;
   }
@@ -84,7 +89,11 @@ export class Hold {
   /** @param pause  ms after which it asks again */
   private repeat(pause: number): void {
     const now = performance.now();
-    if (now - this.last > kGap) return this.end();
+    if (now - this.last > kGap) {
+      this.end();
+      const hung = `this page hung for ${(now - this.last).toFixed(0)} ms, and cannot know whether it was still held`;
+      return this.held.say(`${this.name}: ended, because ${hung}. Let it go, and hold it again.`);
+    }
     this.last = now;
     if (now - this.asked < pause) return;
     this.asked = now;
@@ -92,8 +101,13 @@ export class Hold {
   }
 }
 
-/** A button that acts once it has been held for a second; a bar in it shows for how long it is. */
-export function confirmed(label: string, help: string, act: () => void): HTMLButtonElement {
+/** A button that acts once it has been held for a second; a bar in it shows for how long it is. @param say  of Held */
+export function confirmed(
+  label: string,
+  help: string,
+  act: () => void,
+  say: (text: string) => void,
+): HTMLButtonElement {
   const button = action(label, help, () => {}, "confirm");
   const hold = new Hold(button, {
     period: 40,
@@ -105,6 +119,7 @@ export function confirmed(label: string, help: string, act: () => void): HTMLBut
       act();
     },
     end: () => button.style.setProperty("--held", "0%"),
+    say,
   });
   return button;
 }

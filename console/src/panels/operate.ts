@@ -44,9 +44,8 @@ export class Operate implements Panel {
       state: string,
       help: string,
     ): [HTMLButtonElement, StateCommand] => {
-      const kind = command === "resume" ? confirmed : action;
-      const give = (): unknown => c.orders.give(label, c.commander.state(command), reachesState(c, state));
-      const made = kind(label, help, () => void give());
+      const give = (): void => void c.orders.give(label, c.commander.state(command), reachesState(c, state));
+      const made = command === "resume" ? confirmed(label, help, give, this.say) : action(label, help, give);
       made.id = command;
       return [made, command];
     };
@@ -72,6 +71,8 @@ export class Operate implements Panel {
     );
   }
 
+  /** Why a button that was held has ended. */
+  private readonly say = (text: string): void => this.c.messages.add("bad", text);
   /** The drives home while this button is held. */
   private holdButton(): HTMLButtonElement {
     const element = action(
@@ -87,7 +88,7 @@ export class Operate implements Panel {
       hold.end();
     };
     // Without further requests the HAL ends the homing run by itself.
-    const hold = new Hold(element, { period: kRepeat, ask: () => void ask(), end: () => {} });
+    const hold = new Hold(element, { period: kRepeat, ask: () => void ask(), end: () => {}, say: this.say });
     return element;
   }
 
@@ -127,7 +128,7 @@ export class Operate implements Panel {
       hold.end();
     };
     const end = (): void => element.style.setProperty("--held", "0%");
-    const hold = new Hold(element, { period: kRepeat, ask: () => void ask(), end });
+    const hold = new Hold(element, { period: kRepeat, ask: () => void ask(), end, say: this.say });
     return element;
   }
 

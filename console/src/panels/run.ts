@@ -84,6 +84,7 @@ export class Run implements Panel {
       "Hold to resume",
       "Resume the trajectory",
       () => void orders.give("Resuming the trajectory", commander.resumeTrajectory(), reachesPhase(c, runs)),
+      (text) => c.messages.add("bad", text),
     );
     this.stop = action(
       "End",
