@@ -106,10 +106,12 @@ std::string expectedKinds() {
 Document::Document(std::string origin, const std::string& text)
     : origin_(std::move(origin)), root_(parseOne(origin_, text)) {}
 
-std::string Document::kind() const {
-  const auto refuse = [this](YAML::Mark mark, const std::string& found) {
+std::string Document::kind() const { return kindAmong(expectedKinds()); }
+
+std::string Document::kindAmong(const std::string& expected) const {
+  const auto refuse = [&](YAML::Mark mark, const std::string& found) {
     throw errorAtMark(origin_, mark, kKindKey,
-                      "found " + found + ", expected " + expectedKinds() + " as the value of the first key `tandem`");
+                      "found " + found + ", expected " + expected + " as the value of the first key `tandem`");
   };
   if (!root_.IsMap())
     refuse(root_.Mark(),
@@ -132,9 +134,9 @@ std::string Document::kind() const {
 Map Document::check(const Mapping& table) {
   const bool has_kind = !table.fields.empty() && table.fields[0].name == kKindKey;
   const std::string expected = table.fields[0].words.empty() ? "" : table.fields[0].words[0];
-  if (has_kind && kind() + "/1" != expected) {
+  if (const std::string found = has_kind ? kindAmong(expected) + "/1" : expected; found != expected) {
     const YAML::Mark mark = root_.begin()->second.Mark();
-    throw Error(origin_, mark.line + 1, mark.column + 1, kKindKey, "found " + kind() + "/1, expected " + expected);
+    throw Error(origin_, mark.line + 1, mark.column + 1, kKindKey, "found " + found + ", expected " + expected);
   }
   Map map = Map::checked(*this, table, "", root_);
   map.refuseErrors();

@@ -44,6 +44,9 @@ class Document {
 
  private:
   friend class Map;
+  /// As kind(). @param expected  of the error: what the reader takes
+  std::string kindAmong(const std::string& expected) const;
+
   std::string origin_;
   YAML::Node root_;
   std::vector<std::string> warnings_;

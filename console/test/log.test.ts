@@ -118,6 +118,15 @@ test("events of another day have its date", () => {
   expect(clockTime(at, at + 86_400_000)).toBe("27 Nov 14:03:22.007");
 });
 
+test("a text that a spreadsheet would compute is a text in the CSV", () => {
+  const log = new Log();
+  const kTexts = ['=HYPERLINK("http://a")', "+1", "-1", "@SUM(A1)", "\t=1", "\r=1"];
+  for (const text of kTexts) log.add("info", text, text, 0);
+  log.add("info", "Arm A: a = 1", "robot", 0);
+  const cells = [...toCsv(log.entries).matchAll(/"((?:[^"]|"")*)"/g)].map((m) => m[1]!.replaceAll('""', '"'));
+  expect(cells).toEqual([...kTexts.flatMap((text) => [`'${text}`, `'${text}`]), "robot", "Arm A: a = 1"]);
+});
+
 test("CSV keeps every character of the texts", () => {
   const random = seeded();
   const kCharacters = ['"', ",", "\n", "\r\n", "a", "→", "=", " "];
@@ -128,6 +137,7 @@ test("CSV keeps every character of the texts", () => {
   }
   // A reader by RFC 4180, of quoted fields.
   const fields = [...toCsv(log.entries).matchAll(/"((?:[^"]|"")*)"/g)].map((m) => m[1]!.replaceAll('""', '"'));
-  expect(fields).toEqual(log.entries.flatMap(({ source, text }) => [source, text]));
+  const safe = (text: string): string => (/^[=+@\t\r-]/.test(text) ? `'${text}` : text);
+  expect(fields).toEqual(log.entries.flatMap(({ source, text }) => [safe(source), safe(text)]));
   expect(toCsv(log.entries)).toContain('1970-01-01T00:00:00.007Z,info,"client ""7"""');
 });

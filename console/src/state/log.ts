@@ -140,9 +140,11 @@ export function clockTime(time: number, now = Date.now()): string {
   return `${at.toLocaleDateString("en-GB", { day: "numeric", month: "short" })} ${clock}`;
 }
 
-const quoted = (text: string): string => `"${text.replaceAll('"', '""')}"`;
+const kFormula = /^[=+\-@\t\r]/;
+/** A cell; what a spreadsheet would compute is a text: it begins with an apostrophe. */
+const quoted = (text: string): string => `"${kFormula.test(text) ? "'" : ""}${text.replaceAll('"', '""')}"`;
 
-/** CSV by RFC 4180; times in UTC. */
+/** CSV by RFC 4180; times in UTC. Texts come from other clients, too: none becomes a formula of a spreadsheet. */
 export function toCsv(entries: readonly Entry[]): string {
   const utc = (time: number): string => (time === 0 ? "" : new Date(time).toISOString());
   const rows = entries.map(({ time, level, source, text, acknowledged }) =>

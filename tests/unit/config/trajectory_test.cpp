@@ -275,6 +275,12 @@ TEST(Trajectory, Refusals) {
       {"points: 100", "points: 0", "0\nrelative", 0, "points", "found 0, expected an integer from 1 to 100000"},
       {"points: 100", "points: 1.5", "1.5", 0, "points", "found 1.5, expected an integer"},
       {"following: timed", "following: fast", "fast", 0, "following", "expected one of point_by_point, timed"},
+      // Of all kinds of files, only a trajectory is read here.
+      {"tandem: trajectory/1\n", "", "name: circle", 0, "tandem",
+       "found the text \"name\" as the first key, expected trajectory/1 as the value of the first key `tandem`"},
+      {"trajectory/1", "trajectry/1", "trajectry/1", 0, "tandem",
+       "found the text \"trajectry/1\", expected trajectory/1 as the value of"},
+      {"trajectory/1", "robot/1", "robot/1", 0, "tandem", "found robot/1, expected trajectory/1"},
   };
   for (const Refusal& refusal : refusals) {
     expectRefusal(circle, refusal, load_file);
