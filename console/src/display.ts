@@ -73,7 +73,7 @@ export class Display {
     ];
     this.side.append(tabs([...(onPhone() ? [] : commands), ["Health", this.health.element], ["Log", this.log]]));
     const main = h("main", {}, h("div.stage", {}, place, this.hud.legend), run.controls, this.side);
-    const footer = h("footer", {}, bars.element, this.charts.element);
+    const footer = h(c.robot.arms.length > 2 ? "footer.many" : "footer", {}, bars.element, this.charts.element);
     this.parts = [header.element, shared.stop.element, shared.replay.element, main, footer];
     this.panels = [header, operate, run, method, ...hands, bars, span, this.charts, this.hud, this.health];
   }

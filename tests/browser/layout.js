@@ -64,6 +64,14 @@ const clipped = () => {
     })
     .map((part) => `${part.tagName} ${part.id || part.className}: ${part.textContent}`);
 };
+/** Places of all that has one. Runs in the page. */
+const places = () =>
+  [...document.querySelectorAll("button, input, textarea, output, .card, .chart, .arm")]
+    .filter((e) => !e.closest(".found, .run output, .figures, .rate, .chart output") && e.getClientRects().length > 0)
+    .map((e) => {
+      const { x, y } = e.getBoundingClientRect();
+      return `${e.id || e.getAttribute("aria-label") || e.className}: ${x.toFixed(0)}, ${y.toFixed(0)}`;
+    });
 /** Whether both tips are in the scene as it is seen. Runs in the page. */
 const tipsSeen = () => {
   const view = document.querySelector("#view");
@@ -241,17 +249,6 @@ module.exports = ({ robot, me, server, setting, takeControl, enable, run, open }
         await page().waitForSelector(`${button}[aria-disabled="false"]`);
         await page().$eval(button, (element) => element.click());
       };
-      const places = () =>
-        page().evaluate(() =>
-          [...document.querySelectorAll("button, input, textarea, output, .card, .chart")]
-            .filter(
-              (e) => !e.closest(".found, .run output, .figures, .rate, .chart output") && e.getClientRects().length > 0,
-            )
-            .map((e) => {
-              const { x, y } = e.getBoundingClientRect();
-              return `${e.id || e.getAttribute("aria-label") || e.className}: ${x.toFixed(0)}, ${y.toFixed(0)}`;
-            }),
-        );
       for (const [width, height] of [
         [1280, 720],
         [800, 900],
@@ -260,18 +257,18 @@ module.exports = ({ robot, me, server, setting, takeControl, enable, run, open }
         await me().resize(width, height);
         await me().choose("trajectory", "line");
         await page().evaluate(() => window.scrollTo(0, 0));
-        const before = await places();
+        const before = await page().evaluate(places);
         await push("#run-start");
         await robot().moves("a trajectory runs");
         await me().text("#progress", /running/);
-        assert.deepStrictEqual(await places(), before, "a run has moved something");
+        assert.deepStrictEqual(await page().evaluate(places), before, "a run has moved something");
         robot().command("stop");
         await page().waitForSelector('[data-fault="arm_a"]:not([hidden])');
         await me().said(/stop_requested/);
-        assert.deepStrictEqual(await places(), before, "a fault has moved something");
+        assert.deepStrictEqual(await page().evaluate(places), before, "a fault has moved something");
         await push("#disable");
         await robot().states("DISABLED");
-        assert.deepStrictEqual(await places(), before, "the end of a fault has moved something");
+        assert.deepStrictEqual(await page().evaluate(places), before, "the end of a fault has moved something");
       }
       await back();
     },
@@ -303,3 +300,4 @@ module.exports = ({ robot, me, server, setting, takeControl, enable, run, open }
   };
 };
 module.exports.unreached = unreached;
+module.exports.places = places;

@@ -97,6 +97,22 @@ class Catheters(Operated):
         self.operate("catheters.js", "ablation-pair", robot=robot)
 
 
+class Arms(Operated):
+    """The arms of the preset twice, side by side: four in all."""
+
+    def test_four_arms_are_seen_and_nothing_moves(self):
+        text = (system.PRESETS / "robots" / "ark2024.yaml").read_text().replace("name: ark2024\n", "name: four-arms\n")
+        begin, end = text.index("  - name: arm_a"), text.index("\ncontrol:")
+        arms = text[begin:end]
+        more = arms.replace("name: arm_a", "name: arm_c").replace("name: arm_b", "name: arm_d")
+        for arm, (was, y) in {"c": (5, 15), "d": (-5, -15)}.items():
+            begin_of_arm = more.index(f"name: arm_{arm}")
+            more = more[:begin_of_arm] + more[begin_of_arm:].replace(f"position_mm: [0, {was}, 0]", f"position_mm: [0, {y}, 0]", 1)
+        robot = self.folder / "four-arms.yaml"
+        robot.write_text(text[:end] + "\n" + more + text[end:])
+        self.operate("arms.js", "laptop", robot=robot)
+
+
 class Positions(Operated):
     """With drives behind tandem-hal: the joints' absolute positions have to be confirmed."""
 

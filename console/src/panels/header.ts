@@ -2,7 +2,7 @@
 /** Header, always visible: link, arms, lease owner, stop. */
 import { mayCommand } from "../state/robot";
 import { age, ageText } from "../state/age";
-import { shortName, stateGlyph, stateMeaning, stateName } from "../state/descriptions";
+import { shortName, stateGlyph, stateMeaning, stateName, valuesOf } from "../state/descriptions";
 import type { Context, Panel } from "./context";
 import { reportedByControl, whyNot } from "./context";
 import { action, h, setAttribute, setClass, setText, setUsable } from "./dom";
@@ -11,19 +11,29 @@ import { Hidden } from "./hidden";
 
 const kOnPhone = (): HTMLElement =>
   h("span.onphone", { id: "on-phone" }, "On a phone: watch and STOP only. Command from a larger screen.");
+const kRelease = "Release control";
+/** Of an arm, beside its state. */
+const kConditions = ["homed", "recovery", "busy"] as const;
 const kCrtkClients = 2n ** 64n - 1n;
 
 export class Header implements Panel {
   readonly element: HTMLElement;
   private readonly link = h("output.link", { id: "link" });
   private readonly arms: HTMLElement[];
-  private readonly who = h("output.who", { id: "lease" });
+  private readonly who = h("output.who", { id: "lease", "data-longest": "Control: another client" });
   private readonly take: HTMLButtonElement;
   private wasLive = false;
   private wasSilent = false;
 
   constructor(private readonly c: Context) {
-    this.arms = c.robot.arms.map((arm) => h("span.arm", { "data-arm": arm.name }));
+    const states = [...valuesOf("OperatingState").map(({ name }) => name), stateName(-1)];
+    const longest = states.reduce((one, other) => (other.length > one.length ? other : one), "");
+    this.arms = c.robot.arms.map(({ name }) =>
+      h("span.arm", {
+        "data-arm": name,
+        "data-longest": `${shortName(name)} ${stateGlyph(0)} ${[longest, ...kConditions].join(" · ")}`,
+      }),
+    );
     this.take = action(
       "Take control",
       "Acquire the control lease: only the client that has it may command",
@@ -31,6 +41,7 @@ export class Header implements Panel {
       "take",
     );
     this.take.id = "take";
+    this.take.dataset["longest"] = kRelease;
     this.element = h(
       "header.top",
       {},
@@ -89,7 +100,7 @@ export class Header implements Panel {
     this.updateArms(live);
     this.updateLease(now);
     setUsable(this.take, whyNot(this.c, commander.holds ? "release" : "take", now));
-    setText(this.take, commander.holds ? "Release control" : "Take control");
+    setText(this.take, commander.holds ? kRelease : "Take control");
   }
 
   /** Nothing here is said of the robot. */
@@ -106,11 +117,8 @@ export class Header implements Panel {
     const status = this.c.world.controlStatus();
     this.arms.forEach((element, k) => {
       const state = status?.operating_state[k] ?? -1;
-      const more = [
-        status?.homed[k] ? "homed" : "",
-        status?.recovery[k] ? "being recovered" : "",
-        status?.busy[k] ? "busy" : "",
-      ].filter((word) => word !== "");
+      const is = [status?.homed[k], status?.recovery[k], status?.busy[k]];
+      const more = kConditions.filter((_, j) => is[j]);
       setText(
         element,
         `${shortName(this.c.robot.arms[k]!.name)} ${stateGlyph(state)} ${stateName(state)}${more.map((m) => ` · ${m}`).join("")}`,

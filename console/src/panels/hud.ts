@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Overlay of the scene: cameras, legend, distances, and a curtain when data is stale. */
+import type { Vector3 } from "three";
+
 import { kCloseBelow } from "../scene/closeness";
 import { kClose, kForbidden, kGoal, kNear, kWorkspace } from "../scene/colors";
 import { kThickness } from "../scene/drawing";
 import { kUnit } from "../scene/forces";
+import type { Insets } from "../scene/fit";
 import type { Preset, View } from "../scene/view";
 import { kPresets } from "../scene/view";
 import { age, ageText } from "../state/age";
@@ -15,6 +18,8 @@ import { Choice } from "./choice";
 import type { Context, Panel } from "./context";
 import { action, h, setAttribute, setClass, setShown, setText } from "./dom";
 import { millimetres } from "../state/numbers";
+
+const kMostInset = 0.3; // of the height of the scene
 
 export class Hud implements Panel {
   readonly element: HTMLElement;
@@ -30,6 +35,7 @@ export class Hud implements Panel {
   /** Handle at which the pointer grabs the driven tip. */
   private readonly handle = h("div.handle", { id: "handle", hidden: true, "aria-hidden": "true" });
   private readonly names: string[];
+  private readonly cameras: HTMLElement;
 
   constructor(
     private readonly c: Context,
@@ -60,10 +66,12 @@ export class Hud implements Panel {
     );
     this.legend = this.makeLegend();
     this.figures = h("div.figures", {}, this.near, this.relative, this.forces);
+    this.cameras = h("div.cameras", { role: "toolbar", "aria-label": "Cameras" }, ...cameras, thick.element, trail);
+    view.insets = () => this.insets();
     this.element = h(
       "div.hud",
       {},
-      h("div.cameras", { role: "toolbar", "aria-label": "Cameras" }, ...cameras, thick.element, trail),
+      this.cameras,
       c.notices.element,
       this.figures,
       this.rate,
@@ -153,8 +161,28 @@ export class Hud implements Panel {
     this.updateRelative();
     this.updateForces(live);
     this.updateHandle();
-    const tips = this.view.arms.filter((arm) => arm.hasTip).map((arm) => this.view.toScreen(arm.tip));
-    setAttribute(this.view.place, "data-tips", tips.map(({ x, y }) => `${x.toFixed(0)},${y.toFixed(0)}`).join(" "));
+    const screen = (points: readonly Vector3[]): string =>
+      points
+        .map((point) => this.view.toScreen(point))
+        .map(({ x, y }) => `${x.toFixed(0)},${y.toFixed(0)}`)
+        .join(" ");
+    const { arms, place } = this.view;
+    setAttribute(place, "data-tips", screen(arms.filter((arm) => arm.hasTip).map((arm) => arm.tip)));
+    setAttribute(place, "data-letters", screen(arms.map((arm) => arm.letterAt)));
+  }
+
+  /** The edges of the scene that this covers. */
+  private insets(): Insets {
+    const scene = this.view.place.getBoundingClientRect();
+    const insets = { left: 0, right: 0, top: 0, bottom: 0 };
+    for (const part of [this.cameras, this.figures, this.rate]) {
+      const box = part.getBoundingClientRect();
+      const [above, below] = [box.bottom - scene.top, scene.bottom - box.top];
+      if (box.height === 0) continue;
+      if (above < below) insets.top = Math.max(insets.top, above / scene.height);
+      else insets.bottom = Math.max(insets.bottom, below / scene.height);
+    }
+    return { ...insets, top: Math.min(insets.top, kMostInset), bottom: Math.min(insets.bottom, kMostInset) };
   }
 
   private updateForces(live: boolean): void {

@@ -4,10 +4,16 @@ import * as THREE from "three";
 
 import type { Arm } from "../state/robot";
 import type { JointState, PoseStamped, Shape } from "../wire/messages";
+import { baseAxis } from "./base";
 import type { Closest } from "./closeness";
-import { label } from "./label";
+import type { Extent } from "./fit";
+import { kLabel, label } from "./label";
 import { TubeMesh } from "./tubemesh";
 
+const kAxes = 0.008; // m, of the frame at the tip
+const kLetter = 0.012; // m, of the letter before the base
+const kAhead = 0.8; // of the reach: a tip that is not known yet
+const kExtents = 12; // places along a body that the camera has to see
 const kTrail = 4096;
 const kTrailStep = 2e-4; // m: nearer points are indistinguishable
 
@@ -19,7 +25,10 @@ export class ArmView {
   private readonly trail: THREE.Line;
   private readonly trailPoints = new Float32Array(3 * kTrail);
   private trailCount = 0;
-  private readonly axes = new THREE.AxesHelper(0.008);
+  private readonly axes = new THREE.AxesHelper(kAxes);
+  private readonly letter: THREE.Sprite;
+  /** Of the body, m; none: not known. */
+  private backbone: ArrayLike<number> = [];
 
   constructor(
     private readonly arm: Arm,
@@ -37,17 +46,39 @@ export class ArmView {
       new THREE.LineBasicMaterial({ color: arm.color, transparent: true, opacity: 0.75 }),
     );
     this.trail.frustumCulled = false;
-    const letter = label(name, arm.color);
-    letter.position.fromArray(arm.base.position).add(new THREE.Vector3(0, 0, -0.012));
+    this.letter = label(name, arm.color);
+    this.letter.position.fromArray(arm.base.position).add(new THREE.Vector3(0, 0, -kLetter));
     this.axes.visible = false;
     (this.axes.material as THREE.Material).depthTest = false; // visible although it begins inside the tube
     this.axes.renderOrder = 9;
-    this.group.add(this.tube.object, this.trail, letter, this.axes, this.entry());
+    this.group.add(this.tube.object, this.trail, this.letter, this.axes, this.entry());
+  }
+
+  /** What the camera has to see: entry, letter, tip and body. @param reach  of an arm whose tip is not known, m */
+  extents(reach: number): Extent[] {
+    const base = new THREE.Vector3().fromArray(this.arm.base.position);
+    const ahead = new THREE.Vector3().fromArray(baseAxis(this.arm, [0, 0, 1])).multiplyScalar(kAhead * reach);
+    const radius = this.entryRadius;
+    const count = this.backbone.length / 3;
+    const body = Array.from({ length: Math.min(kExtents, count) }, (_, k) => Math.floor((k * count) / kExtents));
+    return [
+      { at: base, radius: 1.5 * radius },
+      { at: this.letter.position, radius: 0.5 * Math.SQRT2 * kLabel },
+      { at: this.hasTip ? this.tip : base.clone().add(ahead), radius: kAxes },
+      ...body.map((k) => ({ at: new THREE.Vector3().fromArray(this.backbone, 3 * k), radius })),
+    ];
+  }
+  /** Where its letter is. */
+  get letterAt(): THREE.Vector3 {
+    return this.letter.position;
+  }
+  private get entryRadius(): number {
+    return Math.max(...this.arm.tubes.map((tube) => 2 * tube.outer_radius), 0.002);
   }
 
   /** Entry point of the tubes, s = 0. */
   private entry(): THREE.Object3D {
-    const radius = Math.max(...this.arm.tubes.map((tube) => 2 * tube.outer_radius), 0.002);
+    const radius = this.entryRadius;
     const ring = new THREE.Mesh(
       new THREE.TorusGeometry(1.2 * radius, 0.25 * radius, 8, 32),
       new THREE.MeshStandardMaterial({ color: this.arm.color, roughness: 0.6 }),
@@ -60,6 +91,7 @@ export class ArmView {
 
   /** @param thickness factor on the drawn radius of the tubes @param closest  points with a small clearance */
   update(shape: Shape, joints: JointState | null, thickness: number, closest: readonly Closest[]): void {
+    this.backbone = shape.points;
     const tubes = this.arm.tubes.length;
     const angles = joints ? joints.position.slice(tubes, 2 * tubes) : [];
     this.tube.update({ ...shape, radius: shape.outer_radius }, angles, thickness, closest);

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 import * as THREE from "three";
 
+/** Height of a label, m. */
+export const kLabel = 0.009;
+
 /** A short text that always faces the viewer. @param size height, m. */
-export function label(text: string, color: string, size = 0.009): THREE.Sprite {
+export function label(text: string, color: string, size = kLabel): THREE.Sprite {
   const canvas = document.createElement("canvas");
   canvas.width = canvas.height = 64;
   const pen = canvas.getContext("2d")!;

@@ -7,6 +7,8 @@ import type { Robot } from "../state/robot";
 import { shortName } from "../state/descriptions";
 import { ArmView } from "./armview";
 import { baseAxis } from "./base";
+import { fit } from "./fit";
+import type { Extent, Insets } from "./fit";
 import { ForcesView } from "./forces";
 import { Guides } from "./guides";
 import { ObjectView } from "./object";
@@ -17,6 +19,8 @@ import { SpanView } from "./span";
 export const kPresets = ["home", "front", "side", "top", "tips", "endoscope"] as const;
 export type Preset = (typeof kPresets)[number];
 
+/** Around each tip, m, of what is seen of it from near. */
+const kNearTips = 0.025;
 /** Minimum time between images without graphics hardware, which leaves processor time for the operator's input. */
 const kSoftwareGap = 100; // ms
 
@@ -34,6 +38,8 @@ export class View {
   readonly controls: OrbitControls;
   readonly scene = new THREE.Scene();
   drawn = 0;
+  /** What lies on top of the scene. */
+  insets: () => Insets = () => ({ left: 0, right: 0, top: 0, bottom: 0 });
   /** No graphics hardware: no antialiasing, for more frames per second. */
   readonly software: boolean;
   private readonly renderer: THREE.WebGLRenderer;
@@ -47,8 +53,6 @@ export class View {
   private readonly into: THREE.Vector3;
   private readonly middle: THREE.Vector3;
   private readonly reach: number;
-  /** Greatest distance of a base from their centre. */
-  private readonly spread: number;
   private readonly up = new THREE.Vector3(1, 0, 0);
 
   constructor(
@@ -83,9 +87,6 @@ export class View {
       this.into.add(new THREE.Vector3().fromArray(baseAxis(arm, [0, 0, 1])));
       this.middle.addScaledVector(new THREE.Vector3().fromArray(arm.base.position), 1 / robot.arms.length);
     }
-    this.spread = Math.max(
-      ...robot.arms.map((arm) => this.middle.distanceTo(new THREE.Vector3().fromArray(arm.base.position))),
-    );
     if (this.into.lengthSq() < 1e-6) this.into.set(0, 0, 1);
     this.into.normalize();
     this.reach = Math.max(0.1, ...robot.arms.map((arm) => Math.max(...arm.tubes.map((tube) => tube.length))));
@@ -148,45 +149,41 @@ export class View {
   look(preset: Preset): void {
     this.looked = preset;
     const tips = this.focus();
-    const centre = this.middle.clone().lerp(tips, 0.5);
+    const all = this.arms.flatMap((arm) => arm.extents(this.reach));
+    const near = this.arms.map(({ hasTip, tip }) => ({ at: hasTip ? tip : tips, radius: kNearTips }));
     const side = new THREE.Vector3().crossVectors(this.up, this.into).normalize();
-    const extent = Math.max(0.08, tips.distanceTo(this.middle));
-    // The longest extent is horizontal; bases with a large distance are one above the other.
-    const slope = Math.tan((0.5 * this.camera.fov * Math.PI) / 180);
-    const far = 1.3 * Math.max((0.5 * extent) / (slope * this.camera.aspect), this.spread / slope);
-    const from = (direction: THREE.Vector3, distance: number, target: THREE.Vector3): void => {
+    const away = side.clone().negate();
+    const fov = (this.camera.fov * Math.PI) / 180;
+    const from = (direction: THREE.Vector3, extents: readonly Extent[], up = this.up): void => {
+      const { position, target } = fit(extents, direction, up, fov, this.camera.aspect, this.insets());
+      this.camera.up.copy(up);
+      this.camera.position.copy(position);
       this.controls.target.copy(target);
-      this.camera.position.copy(target).addScaledVector(direction.normalize(), distance);
     };
-    this.camera.up.copy(this.up);
     switch (preset) {
       case "home":
-        from(
-          side.clone().multiplyScalar(-1).addScaledVector(this.up, 0.55).addScaledVector(this.into, -0.35),
-          far,
-          centre,
-        );
+        from(away.addScaledVector(this.up, 0.55).addScaledVector(this.into, -0.35), all);
         break;
       case "front":
-        from(this.into.clone(), 0.16, tips);
+        from(this.into, [...all, ...near]);
         break;
       case "side":
-        from(side.clone().multiplyScalar(-1), far, centre);
+        from(away, all);
         break;
       case "top":
-        this.camera.up.copy(side).multiplyScalar(-1);
-        from(this.up.clone(), far, centre);
+        from(this.up, all, away);
         break;
       case "tips":
-        from(side.clone().multiplyScalar(-1).addScaledVector(this.up, 0.6).addScaledVector(this.into, -0.8), 0.1, tips);
+        from(away.addScaledVector(this.up, 0.6).addScaledVector(this.into, -0.8), near);
         break;
       case "endoscope":
         // From between the bases along the insertion direction, like an endoscope in the port.
+        this.camera.up.copy(this.up);
         this.controls.target.copy(tips);
         this.camera.position
           .copy(this.middle)
           .addScaledVector(this.up, 0.012)
-          .addScaledVector(this.into, 0.3 * extent);
+          .addScaledVector(this.into, 0.3 * Math.max(0.08, tips.distanceTo(this.middle)));
         break;
     }
     this.controls.update();
