@@ -273,6 +273,28 @@ module.exports = ({ robot, me, server, setting, takeControl, enable, run, open }
       await back();
     },
 
+    async "a panel at its end does not move when the next run is started"() {
+      await run();
+      await me().press("#run-end");
+      await page().waitForSelector("#run-summary:not(.away)");
+      const end = () =>
+        page().$eval(".panel:not([hidden])", (panel) => {
+          panel.scrollTop = panel.scrollHeight;
+          return panel.scrollTop;
+        });
+      assert.ok((await end()) > 0, "the panel has no end to scroll to");
+      const before = await page().evaluate(places);
+      await page().waitForSelector('#run-start[aria-disabled="false"]');
+      await page().$eval("#run-start", (button) => button.click()); // a click of Playwright would scroll to it
+      await me().text("#progress", /running/);
+      await page().waitForSelector("#run-summary.away", { state: "attached" }); // its space stays
+      assert.deepStrictEqual(await page().evaluate(places), before, "the start has moved something");
+      await me().press("#run-end");
+      await page().waitForSelector("#run-summary:not(.away)");
+      assert.deepStrictEqual(await page().evaluate(places), before, "the end has moved something");
+      await page().$eval(".panel:not([hidden])", (panel) => (panel.scrollTop = 0));
+    },
+
     async "a hidden page says that it loses control, and loses it"() {
       await takeControl();
       await me().press("#take");

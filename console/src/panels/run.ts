@@ -37,7 +37,12 @@ export class Run implements Panel {
   private readonly limits: HTMLElement;
   private readonly reasons = new Reasons();
   /** Result of the last run: last in the panel, where its coming moves nothing. */
-  readonly result = h("details.result", { hidden: true, open: "", id: "run-summary" });
+  readonly result = h("details.result", {
+    hidden: true,
+    open: "",
+    id: "run-summary",
+    ontoggle: () => (this.result.style.minHeight = ""),
+  });
   private readonly past = h("strong", { hidden: true }, "Past, not of the system that runs now: ");
   private shown: RunSummary | null = null;
   private readonly start: HTMLButtonElement;
@@ -151,15 +156,20 @@ export class Run implements Panel {
     const { world, robot } = this.c;
     const summary = world.lastRun();
     const standing = standingOf(summary, world.plan(), robot.fingerprint);
-    setShown(this.result, standing !== "none");
-    setShown(this.past, standing === "earlier");
-    setClass(this.result, "earlier", standing === "earlier");
+    // Its space stays, so that nothing moves under the pointer that starts the next run.
+    setClass(this.result, "away", standing === "none");
+    if (standing !== "none") {
+      setShown(this.result, true);
+      setShown(this.past, standing === "earlier");
+      setClass(this.result, "earlier", standing === "earlier");
+    }
     if (summary === null || summary === this.shown) return;
     this.shown = summary;
     const text = describeSummary(
       summary,
       robot.arms.map(({ name }) => name),
     );
+    this.result.style.minHeight = `${this.result.offsetHeight}px`;
     this.result.replaceChildren(
       h("summary", {}, this.past, text.headline),
       h("ul", {}, ...text.lines.map((line) => h("li", {}, line))),
