@@ -25,6 +25,11 @@ const kExtremes = [
   [1280, 640, 1],
   [3840, 2160, 1],
 ];
+/** Widths and heights of windows for scroll bars: the smallest that are used, and both sides of each change of the layout. */
+const kWidths = [107, 160, 211, 240, 264, 265, 320, 442, 768, 1039, 1040, 1279, 1280, 1920, 3840];
+const kHeights = [480, 600, 639, 640, 641, 720, 800, 1080, 2160];
+/** Width and height from which everything is visible without scrolling. */
+const kWhole = [1280, 640];
 const kControls = ["stop", "run-pause", "run-resume", "run-end"];
 
 /** Of each control: what is wrong with it; empty if a pointer reaches it everywhere. Runs in the page. */
@@ -72,6 +77,11 @@ const places = () =>
       const { x, y } = e.getBoundingClientRect();
       return `${e.id || e.getAttribute("aria-label") || e.className}: ${x.toFixed(0)}, ${y.toFixed(0)}`;
     });
+/** By how much the page is larger than the window: to the right, and down. Runs in the page. */
+const beyond = () => {
+  const { scrollWidth, scrollHeight } = document.documentElement;
+  return [scrollWidth - innerWidth, scrollHeight - innerHeight];
+};
 /** Whether both tips are in the scene as it is seen. Runs in the page. */
 const tipsSeen = () => {
   const view = document.querySelector("#view");
@@ -293,6 +303,25 @@ module.exports = ({ robot, me, server, setting, takeControl, enable, run, open }
       await page().waitForSelector("#run-summary:not(.away)");
       assert.deepStrictEqual(await page().evaluate(places), before, "the end has moved something");
       await page().$eval(".panel:not([hidden])", (panel) => (panel.scrollTop = 0));
+    },
+
+    async "no window scrolls sideways, and none at all where everything has its place"() {
+      const wrong = [];
+      const look = async (tab, width, height) => {
+        await me().resize(width, height);
+        const [right, down] = await page().evaluate(beyond);
+        const window = `${tab}, ${width} x ${height}`;
+        if (right > 0) wrong.push(`${window}: ${right} px to the right`);
+        if (width >= kWhole[0] && height >= kWhole[1] && down > 0) wrong.push(`${window}: ${down} px down`);
+      };
+      for (const height of kHeights) for (const width of [320, 1280, 1920]) await look("operate", width, height);
+      for (const tab of ["method", "teleoperate", "health", "log", "operate"]) {
+        await me().tab(tab);
+        for (const width of kWidths) await look(tab, width, 720);
+        await back();
+      }
+      await back();
+      assert.deepStrictEqual(wrong, []);
     },
 
     async "a hidden page says that it loses control, and loses it"() {
