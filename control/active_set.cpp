@@ -348,7 +348,10 @@ void ActiveSet::solve(const QuadraticProgram& qp, QpSolution& solution) noexcept
     return;
   }
   attempt(qp, true, solution);
-  if (!(solution.status == QpStatus::kSolved && solution.residual <= kExact)) {
+  const bool certain = solution.status == QpStatus::kInfeasible
+                           ? provesInfeasible(qp, solution)
+                           : solution.status == QpStatus::kSolved && solution.residual <= kExact;
+  if (!certain) {
     remembered_active_ = 0;
     tryScaled(qp, solution);
   }

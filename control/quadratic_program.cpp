@@ -129,6 +129,43 @@ double certificateResidual(const QuadraticProgram& qp, const QpSolution& s) noex
   return value < -1e-12 * value_size ? worst : kInf;
 }
 
+bool provesInfeasible(const QuadraticProgram& qp, const QpSolution& s) noexcept {
+  constexpr double kRounding = 1e-10, kDistinct = 1e-9;
+  if (!(s.w.array() >= 0.0).all())
+    return false;
+  QpVector sum = s.z;
+  double largest = s.z.size() > 0 ? s.z.cwiseAbs().maxCoeff() : 0.0;
+  double least = 0.0, sizes = 0.0;  // of r^T x - c, and of its terms
+  const auto subtract = [&](double multiplier, double bound) {
+    least -= multiplier * bound;
+    sizes += std::abs(multiplier * bound);
+  };
+  const auto add = [&](double multiplier, const auto& row, double bound) {
+    if (multiplier == 0.0)
+      return;
+    for (int i = 0; i < sum.size(); ++i) {
+      const double term = multiplier * row[i];
+      sum[i] += term;
+      largest = std::max(largest, std::abs(term));
+    }
+    subtract(multiplier, bound);
+  };
+  for (int j = 0; j < qp.equalities(); ++j)
+    add(s.y[j], qp.E.row(j), qp.e[j]);
+  for (int j = 0; j < qp.rows(); ++j)
+    add(s.w[j], qp.A.row(j), qp.b[j]);
+  for (int i = 0; i < sum.size(); ++i) {
+    if (!(std::abs(sum[i]) <= kRounding * largest))
+      return false;
+    if (s.z[i] != 0.0)
+      subtract(s.z[i], s.z[i] > 0.0 ? qp.upper[i] : qp.lower[i]);
+    const double bound = sum[i] > 0.0 ? qp.lower[i] : qp.upper[i];
+    if (std::isfinite(bound))
+      subtract(-sum[i], bound);
+  }
+  return least > kDistinct * sizes;
+}
+
 std::unique_ptr<QpBackend> makeQpBackend(Backend backend) {
   if (backend == Backend::kIpopt)
     return std::make_unique<IpoptBackend>();

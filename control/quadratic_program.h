@@ -85,6 +85,18 @@ double kktResidual(const QuadraticProgram& qp, const QpSolution& solution) noexc
  * separates nothing. Dimensionless. */
 double certificateResidual(const QuadraticProgram& qp, const QpSolution& solution) noexcept;
 
+/** Whether the multipliers of a solution prove that no x satisfies the constraints (Farkas' lemma; Boyd & Vandenberghe,
+ * Convex Optimization, 2004, section 5.8). Every x that satisfies them satisfies their sum with the multipliers y and
+ * z, w >= 0,
+ *
+ *   r^T x <= c,   r = E^T y + z_upper - z_lower + A^T w,   c = e^T y + upper^T z_upper - lower^T z_lower + b^T w.
+ *
+ * They prove it if c < 0 while r is zero to rounding: |r_i| is at most 1e-10 of the largest product in r, and c below
+ * the least value of r^T x within the bounds by 1e-9 of the sum of the absolute values in both. Where x_i has no bound
+ * in the direction of -r_i, r_i counts as zero. Neither depends on the units of a constraint. Multipliers of any other
+ * origin may be given: what is wrong with them makes the answer false. */
+bool provesInfeasible(const QuadraticProgram& qp, const QpSolution& solution) noexcept;
+
 /** A solver of quadratic programs. Not thread-safe; one per thread. */
 class QpBackend {
  public:

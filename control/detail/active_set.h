@@ -20,8 +20,8 @@ namespace tandem::control {
  *
  * repeatedly, from the last minimum x_k with a warm start; the limit is an optimum of the problem itself.
  *
- * A problem is solved first as it is. If it is not solved to kExact, or found infeasible, it is solved again in units
- * in which its values have magnitude one (ScaledProgram), and the better solution counts.
+ * A problem is solved first as it is. If it is neither solved to kExact nor proved infeasible (provesInfeasible()), it
+ * is solved again in units in which its values have magnitude one (ScaledProgram), and the better solution counts.
  *
  * Warm start: the inequalities that were active in the last solution are activated together (recall()). That changes
  * the order of the steps, never the solution (beyond rounding), and saves most of them. */

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "control/detail/ipopt_backend.h"
 #include "tests/unit/safety/random_arm.h"
 
@@ -231,6 +233,103 @@ TEST(ActiveSet, ProvesInfeasibility) {
     }
   }
   EXPECT_GT(judged, 2);
+}
+
+/// Farkas' lemma by plain arithmetic: largest entry of the sum of all constraints relative to its largest term, the sum
+/// of their bounds, and by how much it is below zero relative to its terms; -1 with a multiplier of an inequality below
+/// zero.
+struct PlainCertificate {
+  long double sum = 0.0L, value = 0.0L, below = 0.0L;
+
+  PlainCertificate(const control::QuadraticProgram& qp, const control::QpSolution& s) {
+    long double size = 1e-300L, values = 1e-300L;
+    const auto add = [&](long double multiplier, long double bound) {
+      if (multiplier == 0.0L)
+        return;
+      value += multiplier * bound;
+      values += std::abs(multiplier * bound);
+    };
+    for (int i = 0; i < qp.variables(); ++i) {
+      long double entry = s.z[i];
+      size = std::max(size, std::abs(entry));
+      const auto take = [&](long double term) {
+        entry += term;
+        size = std::max(size, std::abs(term));
+      };
+      for (int j = 0; j < qp.equalities(); ++j)
+        take(static_cast<long double>(qp.E(j, i)) * s.y[j]);
+      for (int j = 0; j < qp.rows(); ++j)
+        take(static_cast<long double>(qp.A(j, i)) * s.w[j]);
+      sum = std::max(sum, std::abs(entry));
+      add(s.z[i], s.z[i] > 0.0 ? qp.upper[i] : qp.lower[i]);
+    }
+    for (int j = 0; j < qp.equalities(); ++j)
+      add(s.y[j], qp.e[j]);
+    for (int j = 0; j < qp.rows(); ++j)
+      add(s.w[j], qp.b[j]);
+    sum /= size;
+    below = (s.w.array() < 0.0).any() ? -1.0L : -value / values;
+  }
+};
+
+TEST(ActiveSet, CertificatesAreRightByPlainArithmetic) {
+  control::ActiveSet solver;
+  int count = 0, steps = 0, feasible_steps = 0;
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(3000); ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    auto qp = contradiction(random);
+    const int last = qp.rows() - 1;
+    if (qp.rows() == 0 || qp.A.row(last).norm() < 1e-3)
+      continue;
+    control::QpSolution solution, wrong, apart;
+    solver.solve(qp, solution);
+    EXPECT_TRUE(control::provesInfeasible(qp, solution));
+    const PlainCertificate plain(qp, solution);
+    EXPECT_LT(plain.sum, 1e-10L);
+    EXPECT_GT(plain.below, 1e-9L);
+    ++count;
+    steps += solution.iterations;
+
+    wrong = solution;
+    wrong.y *= -1.0;
+    wrong.z *= -1.0;
+    wrong.w *= -1.0;
+    EXPECT_FALSE(control::provesInfeasible(qp, wrong)) << "of the other sign";
+    wrong = solution;
+    wrong.w[last] *= 1.001;
+    EXPECT_FALSE(control::provesInfeasible(qp, wrong)) << "the sum of the constraints is not zero";
+    ASSERT_GT(solution.w[last], 0.0);
+    qp.b[last] -= static_cast<double>(plain.value / solution.w[last]);
+    EXPECT_FALSE(control::provesInfeasible(qp, solution)) << "the constraints touch";
+    qp.b[last] += 0.1;
+    solver.solve(qp, apart);
+    feasible_steps += apart.iterations;
+  }
+  EXPECT_GT(count, 1000);
+  EXPECT_LT(steps, 1.5 * feasible_steps) << "without a second attempt";
+}
+
+TEST(ActiveSet, NoMultipliersProveThatAFeasibleProgrammeHasNoSolution) {
+  control::ActiveSet solver;
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(3000); ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    const auto qp = random.chance(0.5) ? feasibleProblem(random) : awkwardProblem(random);
+    control::QpSolution solution;
+    solver.solve(qp, solution);
+    EXPECT_NE(solution.status, QpStatus::kInfeasible);
+    EXPECT_FALSE(control::provesInfeasible(qp, solution));
+    for (int trial = 0; trial < 5; ++trial) {
+      // Any multipliers of rows and equalities, and those of bounds that make the sum zero: the strongest of that kind.
+      for (int j = 0; j < qp.equalities(); ++j)
+        solution.y[j] = random.uniform(-1.0, 1.0);
+      for (int j = 0; j < qp.rows(); ++j)
+        solution.w[j] = random.chance(0.5) ? random.uniform(0.0, 1.0) : 0.0;
+      solution.z = -qp.E.transpose() * solution.y - qp.A.transpose() * solution.w;
+      EXPECT_FALSE(control::provesInfeasible(qp, solution));
+    }
+  }
 }
 
 TEST(ActiveSet, NamesTheInfeasibleConstraints) {
