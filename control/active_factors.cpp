@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "control/detail/active_factors.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <utility>
 
 #include "control/detail/sized.h"
@@ -79,6 +81,10 @@ bool ActiveFactors::factorise(const QpMatrix& H, double shift, bool few) {
     scale_ = scale_.cwiseSqrt().cwiseInverse();
     return true;
   }
+  if (isLast(H, shift)) {
+    J_ = last_inverse_;
+    return true;
+  }
   J_.setZero(n_, n_);
   bool definite = false;
   withSize(n_, [&]<int N>() {
@@ -86,7 +92,18 @@ bool ActiveFactors::factorise(const QpMatrix& H, double shift, bool few) {
     if (definite)
       invert<N>(R_, J_);
   });
+  last_hessian_.resize(0, 0);
+  if (definite) {
+    last_hessian_ = H;
+    last_inverse_ = J_;
+    last_shift_ = shift;
+  }
   return definite;
+}
+
+bool ActiveFactors::isLast(const QpMatrix& H, double shift) const {
+  return last_hessian_.rows() == n_ && shift == last_shift_ &&
+         std::equal(H.data(), H.data() + static_cast<std::ptrdiff_t>(n_) * n_, last_hessian_.data());
 }
 
 void ActiveFactors::unconstrainedMinimum(const QpVector& g, QpVector& x) {

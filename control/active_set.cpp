@@ -187,6 +187,8 @@ int ActiveSet::mostViolated() {
     for (int j = 0; j < n_; ++j) {
       const double* const column = &qp_->A(0, j);
       const double x = x_[j];
+      if (!in_rows_[j])
+        continue;
       for (int i = 0; i < rows_; ++i)
         row_slack_[i] -= column[i] * x;
     }
@@ -297,6 +299,8 @@ void ActiveSet::report(QpSolution& solution) const {
 
 void ActiveSet::attempt(const QuadraticProgram& qp, bool strictly, QpSolution& solution) {
   qp_ = &qp;
+  for (int j = 0; j < n_; ++j)
+    in_rows_[j] = (qp.A.col(j).array() != 0.0).any();
   iteration_limit_ = iterations_ + 20 * (n_ + constraints_);
   extra_entry_ = {};
   certified_ = 0;

@@ -38,34 +38,59 @@ class Nspqp final : public Resolver {
 
  private:
   /// Minimises the error of task `last`, with the tasks before it equal to wanted_.
-  void setProblem(const StepProblem& problem, int last, const VelocityBounds& bounds) {
+  void setProblem(const StepProblem& problem, int last, const VelocityBounds& bounds, QuadraticProgram& qp) {
     const int n = problem.joint_count;
     int equalities = 0;
     for (int k = 0; k < last; ++k)
       equalities += static_cast<int>(problem.task[k].velocity.size());
-    qp_.resize(n, equalities, bounds.row_count);
-    addLimits(problem, bounds, qp_);
+    qp.resize(n, equalities, bounds.row_count);
+    addLimits(problem, bounds, qp);
     for (int k = 0, row = 0; k < last; ++k) {
       const int size = static_cast<int>(problem.task[k].velocity.size());
-      qp_.E.middleRows(row, size) = problem.task[k].jacobian;
-      qp_.e.segment(row, size) = wanted_[k];
+      qp.E.middleRows(row, size) = problem.task[k].jacobian;
       row += size;
     }
-    if (last >= 0) {
-      const Task& task = problem.task[last];
-      qp_.H = task.jacobian.transpose().lazyProduct(task.jacobian);
-      qp_.g = -(task.jacobian.transpose().lazyProduct(task.velocity));
-    }
-    qp_.H.diagonal().array() += parameters_.nspqp_zeta;
+    setWanted(last, qp);
+    if (last >= 0)
+      setSquares(problem.task[last], qp);
+    qp.H.diagonal().array() += parameters_.nspqp_zeta;
     if (posture_.size() > 0)
-      qp_.g -= parameters_.nspqp_zeta * posture_;
+      qp.g -= parameters_.nspqp_zeta * posture_;
+  }
+
+  /// e of a problem whose other values stay.
+  void setWanted(int last, QuadraticProgram& qp) const {
+    for (int k = 0, row = 0; k < last; ++k) {
+      const int size = static_cast<int>(wanted_[k].size());
+      qp.e.segment(row, size) = wanted_[k];
+      row += size;
+    }
+  }
+
+  /// H = J^T J, of which half is computed, and g = -J^T v.
+  static void setSquares(const Task& task, QuadraticProgram& qp) {
+    const int rows = static_cast<int>(task.velocity.size());
+    for (int j = 0; j < task.jacobian.cols(); ++j) {
+      const double* const b = &task.jacobian(0, j);
+      double with_velocity = 0.0;
+      for (int k = 0; k < rows; ++k)
+        with_velocity += b[k] * task.velocity[k];
+      qp.g[j] = -with_velocity;
+      for (int i = 0; i <= j; ++i) {
+        const double* const a = &task.jacobian(0, i);
+        double square = 0.0;
+        for (int k = 0; k < rows; ++k)
+          square += a[k] * b[k];
+        qp.H(i, j) = qp.H(j, i) = square;
+      }
+    }
   }
 
   /// Replaces the velocities of the tasks before the last by the nearest feasible ones.
   SolveStatus comeNearest(const StepProblem& problem, Solution& solution) noexcept {
     for (int k = 0; k + 1 < problem.task_count; ++k) {
-      setProblem(problem, k, solution.bounds);
-      nearest_->solve(qp_, qp_solution_);
+      setProblem(problem, k, solution.bounds, nearest_qp_);
+      nearest_->solve(nearest_qp_, qp_solution_);
       solution.iterations += qp_solution_.iterations;
       if (qp_solution_.status != QpStatus::kSolved)
         return statusOf(qp_solution_.status);
@@ -86,7 +111,7 @@ class Nspqp final : public Resolver {
     const int last = problem.task_count - 1;
     for (int k = 0; k < last; ++k)
       wanted_[k] = problem.task[k].velocity;
-    setProblem(problem, last, solution.bounds);
+    setProblem(problem, last, solution.bounds, qp_);
     backend_->solve(qp_, qp_solution_);
     solution.iterations = qp_solution_.iterations;
     const bool infeasible = qp_solution_.status == QpStatus::kInfeasible;
@@ -94,7 +119,7 @@ class Nspqp final : public Resolver {
       explain(problem, solution.bounds, qp_solution_, solution.conflict);
       if (const SolveStatus status = comeNearest(problem, solution); status != SolveStatus::kSolved)
         return status == SolveStatus::kInfeasible ? SolveStatus::kFailed : status;
-      setProblem(problem, last, solution.bounds);
+      setWanted(last, qp_);
       backend_->solve(qp_, qp_solution_);
       solution.iterations += qp_solution_.iterations;
       // solution.velocity satisfies every constraint: an infeasible status then means that no other point does, up to
@@ -121,7 +146,7 @@ class Nspqp final : public Resolver {
   std::unique_ptr<QpBackend> backend_, nearest_;
   std::array<TaskVector, kMaxTasks> wanted_;
   RobotVector posture_;  ///< qdot_p; empty: none
-  QuadraticProgram qp_;
+  QuadraticProgram qp_, nearest_qp_;
   QpSolution qp_solution_;
 };
 

@@ -13,7 +13,8 @@ namespace tandem::control {
  * reflection for each normal: that is faster where few are removed, with a diagonal H and after a warm start. */
 class ActiveFactors {
  public:
-  /// Cholesky factorisation of H + shift I, without active constraints. @return false if it is not positive definite.
+  /// Cholesky factorisation of H + shift I, without active constraints; that of the last one is used again if it is the
+  /// same. @return false if it is not positive definite.
   /// @param few few normals will be removed
   bool factorise(const QpMatrix& H, double shift, bool few);
   int active() const { return active_; }
@@ -45,6 +46,7 @@ class ActiveFactors {
   void descend(const QpVector& gradient, QpVector& x, QpVector& multiplier);
 
  private:
+  bool isLast(const QpMatrix& H, double shift) const;
   void loadDirection();
   void divideByR();
   template <int N>
@@ -62,6 +64,9 @@ class ActiveFactors {
   bool product_ = false;  ///< J is kept as a product
   QpVector scale_;        ///< J_0 if diagonal_
   QpMatrix J_;            ///< J_0 otherwise
+  QpMatrix last_hessian_,
+      last_inverse_;  ///< of the last factorisation of a matrix that is not diagonal, and its J_0; or empty
+  double last_shift_ = 0.0;
   /// Reflections not yet in J_: I - w w^T / h after an exchange of two entries. Rows of w in front of `first` are zero.
   int reflections_ = 0;
   QpMatrix w_;

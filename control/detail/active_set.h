@@ -76,8 +76,9 @@ class ActiveSet final : public QpBackend {
   int n_ = 0, equalities_ = 0, rows_ = 0, constraints_ = 0;
   ActiveFactors factors_;
   QpVector x_, normal_, gradient_, multiplier_;
-  RowVector row_slack_;                      ///< b - A x
-  std::array<int, kMaxVariables> active_{};  ///< constraint ids, equalities first
+  RowVector row_slack_;                        ///< b - A x
+  std::array<bool, kMaxVariables> in_rows_{};  ///< variables in rows of A
+  std::array<int, kMaxVariables> active_{};    ///< constraint ids, equalities first
   std::array<bool, kMaxConstraints> is_active_{};
   std::array<bool, kMaxConstraints> is_met_{};      ///< violated by rounding alone; no step can reduce it
   std::array<int, kMaxVariables> remembered_id_{};  ///< inequalities active in the last solution, in order
