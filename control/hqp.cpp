@@ -62,6 +62,7 @@ class Hqp final : public Resolver {
   }
   Method method() const override { return Method::kHqp; }
   void reset() noexcept override {
+    recovery_.reset();
     for (auto& backend : backend_)
       backend->reset();
     margins_->reset();

@@ -32,6 +32,7 @@ class Nspqp final : public Resolver {
         nearest_(makeQpBackend(parameters.backend)) {}
   Method method() const override { return Method::kNspqp; }
   void reset() noexcept override {
+    recovery_.reset();
     backend_->reset();
     nearest_->reset();
   }

@@ -22,6 +22,8 @@ class Recovery {
   /// @param bounds  of velocityBounds(): those that require a return are relaxed to feasible values
   /// @param velocity  a velocity that satisfies the bounds; zero if nothing is outside
   void apply(const StepProblem& problem, VelocityBounds& bounds, RobotVector& velocity) noexcept;
+  /// Discards the state of former steps.
+  void reset() noexcept { backend_->reset(); }
 
  private:
   void limit(const StepProblem& problem, const VelocityBounds& bounds);

@@ -34,6 +34,7 @@ class Snsqp final : public Resolver {
   }
   Method method() const override { return Method::kSnsqp; }
   void reset() noexcept override {
+    recovery_.reset();
     for (auto& backend : backend_)
       backend->reset();
     posture_.reset();

@@ -106,8 +106,11 @@ class ReferenceTracker {
   /// Updates problem()'s moving limits and follows the joints, without a step.
   void observe(const safety::RobotVector& q, const safety::RobotVector& setpoint) noexcept;
 
-  /// The joints were reset: the next step is a cold start.
-  void restart() noexcept { tips_.restart(); }
+  /// The joints were reset: the next step is a cold start of models and method.
+  void restart() noexcept {
+    tips_.restart();
+    resolver_->reset();
+  }
   /// Continues from the state of a tracker of the same robot and model.
   void continueFrom(const ReferenceTracker& other) noexcept { tips_.continueFrom(other.tips_); }
   /// Tips of the model along the path of the joints.

@@ -106,6 +106,36 @@ TEST_F(TrackerTest, MeasuredTipsGiveTheErrorAndTheModelItsJacobian) {
   EXPECT_LT((result.solution.velocity - expected.solution.velocity).norm(), 1e-9);
 }
 
+/// What was solved before a restart changes nothing after it, not even rounding.
+TEST_F(TrackerTest, ARestartIsAColdStart) {
+  constexpr int kSteps = 30;
+  for (int m = 0; m < control::kMethodCount; ++m) {
+    const auto method = static_cast<control::Method>(m);
+    auto used = make(method), fresh = make(method);
+    planning::TrackResult result, expected;
+    Random random(baseSeed());
+    const auto joints = [&] {
+      safety::RobotVector q = start(1);
+      for (int j = 0; j < 12; ++j)
+        q[j] += (j % 6 < 3 ? 3e-3 : 0.3) * random.uniform(-1, 1);
+      return q;
+    };
+    for (int i = 0; i < kSteps; ++i) {
+      const safety::RobotVector q = joints();
+      ASSERT_TRUE(used.computeTips(q, result));
+      used.step(q, q, at(result, {0, 5e-3, 0}), result);
+    }
+    used.restart();
+    const safety::RobotVector q = start(2);
+    ASSERT_TRUE(fresh.computeTips(q, expected));
+    const auto reference = at(expected, {2e-3, 5e-3, -4e-3});
+    used.step(q, q, reference, result);
+    fresh.step(q, q, reference, expected);
+    EXPECT_EQ(result.solution.velocity, expected.solution.velocity) << control::name(method);
+    EXPECT_EQ(result.solution.iterations, expected.solution.iterations) << control::name(method);
+  }
+}
+
 TEST_F(TrackerTest, HoldMovesNothingAndStillFollowsTheJoints) {
   auto tracker = make(control::Method::kSnsqp);
   planning::TrackResult result;
