@@ -99,6 +99,28 @@ test("a kept acknowledgement is that of one alarm, with its time, and of the sam
   expect(load("another").open.length).toBe(2);
 });
 
+test("an alarm with another text, source or time than the acknowledged one is open after a reload", () => {
+  const storage = tab();
+  const first = new Log();
+  keepAcknowledged(first, "f", storage);
+  first.add("alarm", "fault", "robot", 10_000);
+  first.acknowledge(first.entries);
+  for (const [text, source, time, open] of [
+    ["fault", "robot", 10_400, 0],
+    ["another", "robot", 10_000, 1],
+    ["fault", "client 1f3a", 10_000, 1],
+    ["fault", "robot", 10_600, 1],
+    ["fault", "robot", 2000, 1], // earlier than the acknowledged one, and seen by nobody
+  ] as const) {
+    const log = new Log();
+    keepAcknowledged(log, "f", storage);
+    log.past = true;
+    log.add("alarm", text, source, time);
+    log.past = false;
+    expect(log.open.length).toBe(open);
+  }
+});
+
 test("search finds entries with all words, in text and source, in any case", () => {
   const log = new Log();
   log.add("info", "Arm A: DISABLED → ENABLED", "robot");
