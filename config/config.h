@@ -166,11 +166,13 @@ struct Crtk {
   bool commands = true;  ///< false: there are no command topics
   /// Names of DDS participants that may command; "*": all; empty: as with commands = false.
   std::vector<std::string> clients;
-  bool by_arrival = true;          ///< age relative to the fastest sample of the stream; false: by wall clocks
-  double tip_step = 2e-3;          ///< largest step of a target of servo_cp and servo_cr, m
-  double translation_step = 1e-3;  ///< the same for servo_jp and servo_jr, m
-  double rotation_step = 0.05;     ///< the same, rad
-  double acceleration = 20e-3;     ///< of targets of interpolate and move, m/s^2
+  bool by_arrival = true;             ///< age relative to the fastest sample of the stream; false: by wall clocks
+  double tip_step = 2e-3;             ///< largest step of a target of servo_cp and servo_cr, m
+  double tip_rotation_step = 0.1;     ///< the same of its orientation, rad
+  double translation_step = 1e-3;     ///< the same for servo_jp and servo_jr, m
+  double rotation_step = 0.05;        ///< the same, rad
+  double acceleration = 20e-3;        ///< of targets of interpolate and move, m/s^2
+  double angular_acceleration = 1.0;  ///< the same of their orientations, rad/s^2
 
   bool admitsAll() const { return std::ranges::find(clients, "*") != clients.end(); }
   bool admitsNone() const { return !commands || clients.empty(); }

@@ -92,12 +92,20 @@ const Mapping kCrtkTable{
              {{"wall", false}, {"arrival", true}},
              &Crtk::by_arrival),
         positive("tip_step", kLength, "servo_cp and servo_cr: largest step of a target", &Crtk::tip_step),
+        positive("tip_rotation_step",
+                 kAngle,
+                 "servo_cp and servo_cr: largest rotation of a target",
+                 &Crtk::tip_rotation_step),
         positive("translation_step",
                  kLength,
                  "servo_jp and servo_jr: largest step of a translation",
                  &Crtk::translation_step),
         positive("rotation_step", kAngle, "servo_jp and servo_jr: largest step of a rotation", &Crtk::rotation_step),
         positive("acceleration", kAcceleration, "interpolate and move: acceleration of targets", &Crtk::acceleration),
+        positive("angular_acceleration",
+                 kAngularAcceleration,
+                 "interpolate and move: angular acceleration of targets",
+                 &Crtk::angular_acceleration),
     }};
 
 teleoperation::Box readBox(const Map& map) {
@@ -137,6 +145,8 @@ const Mapping& teleoperationTable() {
   using O = teleoperation::Options;
   using teleoperation::GuardOptions;
   using teleoperation::OneEuroOptions;
+  using teleoperation::TipOrientation;
+  using R = teleoperation::RotationOptions;
   constexpr auto kOptions = &Teleoperation::options;
   static const Mapping table{
       "teleoperation",
@@ -159,6 +169,24 @@ const Mapping& teleoperationTable() {
                    &GuardOptions::leash),
           positive("response", kTime, "time constant with which a tip follows its target; at least two control periods",
                    kOptions, &O::guard, &GuardOptions::response),
+          text(
+              "orientation",
+              "what of a tip's orientation operators and CRTK clients command, behind all positions: nothing, the "
+              "direction of its z axis (2 degrees of freedom), or all of it (3)",
+              {{"ignored", TipOrientation::kIgnored}, {"axis", TipOrientation::kAxis}, {"full", TipOrientation::kFull}},
+              kOptions, &O::rotation, &R::followed),
+          positive("rotation_scale", kNone, "scale of the device's rotations", kOptions, &O::rotation, &R::scale)
+              .within(teleoperation::kMinScale, teleoperation::kMaxScale),
+          notNegative("deadband_angular_speed", kAngularSpeed, "dead band of the rotations of velocity devices",
+                      kOptions, &O::rotation, &R::deadband_speed),
+          notNegative("deadband_angle", kAngle, "dead band of the orientations of position devices", kOptions,
+                      &O::rotation, &R::deadband_angle),
+          notNegative("filter_rotation_beta", kNone, "filter_beta of orientations, Hz per rad/s", kOptions,
+                      &O::rotation, &R::filter_beta),
+          positive("max_angular_speed", kAngularSpeed, "largest angular speed of targets", kOptions, &O::rotation,
+                   &R::max_speed),
+          positive("leash_angle", kAngle, "largest angle between the orientations of target and tip", kOptions,
+                   &O::rotation, &R::leash),
           mapping("workspace", kBoxTable, "box that targets of tips stay in").defaultNote("unlimited"),
           mapping("forbidden", kRegionTable, "regions that targets of tips do not enter")
               .list(0, kMostRegions)

@@ -5,9 +5,8 @@
 
 #include <vector>
 
+#include "operation/cartesian_motion.h"
 #include "operation/joint_stream.h"
-#include "planning/reference_tracker.h"
-#include "planning/teleoperation/pipeline.h"
 
 namespace tandem::operation {
 
@@ -57,17 +56,13 @@ class CrtkMotion {
 
  private:
   struct Group {
-    explicit Group(const planning::teleoperation::GuardOptions& options) : guard(options) {}
+    Group(const ControlSetup& setup, bool pair) : motion(setup, pair) {}
     int verb = -1;            ///< index into kCrtkVerbs; -1: none
     int requested_group = 0;  ///< the group that the command was for
     bool cartesian = false;
     std::int64_t fed = 0;  ///< time of the last command, ns
-    // Cartesian, m, robot base frame.
-    planning::teleoperation::TargetGuard guard;
-    Eigen::Vector3d goal = Eigen::Vector3d::Zero(), asked = Eigen::Vector3d::Zero(), speed = Eigen::Vector3d::Zero();
-    Eigen::Vector3d held = Eigen::Vector3d::Zero();  ///< pair: fixed position of the first arm's tip
-    double nearest = 0.0;                            ///< smallest distance to the goal so far
-    std::int64_t nearer_at = 0;                      ///< time at which `nearest` last decreased
+    CartesianMotion motion;
+    Eigen::Vector3d held = Eigen::Vector3d::Zero();  ///< pair: fixed position of the first arm's tip, m
   };
 
   static std::size_t at(int group) noexcept { return static_cast<std::size_t>(group); }
@@ -76,14 +71,11 @@ class CrtkMotion {
   safety::ArmVector here(int arm, const Scene& scene) const noexcept {
     return scene.setpoints->segment(robot_.offset(arm), robot_.size(arm));
   }
-  Eigen::Vector3d driven(int group, const Scene& scene) const noexcept;
-  Eigen::Vector3d wanted(Group& group) const noexcept;
-  const char* ending(const Group& group, int index, const Scene& scene, bool& over) noexcept;
+  kinematics::TaskPlace driven(int group, const Scene& scene) const noexcept;
+  int tasksBeside(int group) const noexcept;
+  const char* ending(Group& group, int index, const Scene& scene, bool& over) noexcept;
 
   const robots::RobotModel& robot_;
-  const planning::teleoperation::GuardOptions& guard_;
-  config::Crtk options_;
-  double period_, response_, leash_;
   double servo_budget_, interpolate_budget_;  ///< s
   std::vector<Group> groups_;
   std::vector<JointStream> joints_;  ///< of each arm

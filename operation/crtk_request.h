@@ -66,6 +66,8 @@ struct CrtkRequest {
   int verb = 0;   ///< index into kCrtkVerbs
   int group = 0;  ///< arm, or kPairGroup
   int count = 0;  ///< number of values: joints of the group (pair: first arm, then second arm), or 3
+  std::array<double, 4> orientation{0.0, 0.0, 0.0, 1.0};      ///< cp, cr: unit quaternion x y z w
+  std::array<double, 3> angular{};                            ///< cv: rad/s
   std::array<double, 2 * safety::kMaxJointsPerArm> values{};  ///< m, rad, m/s, rad/s
 
   // The arms of the group.
@@ -103,11 +105,20 @@ struct CrtkSnapshot {
   static constexpr std::uint8_t kNone = 255;
   bool commanding = false;
   std::array<std::uint8_t, kCrtkGroups> active{};  ///< index of the verb that moves the group; kNone
-  // Goals: Cartesian ones of each group, m; joint goals of each arm, m and rad.
+  // Goals: Cartesian ones of each group, m, m/s, rad/s (identity and 0 where orientations are ignored); joint goals of
+  // each arm, m and rad.
   std::array<std::uint8_t, kCrtkGroups> has_cp{}, has_cv{};
-  std::array<std::array<double, 3>, kCrtkGroups> cp{}, cv{};
+  std::array<std::array<double, 3>, kCrtkGroups> cp{}, cv{}, cv_angular{};
+  std::array<std::array<double, 4>, kCrtkGroups> cp_orientation = identities();  ///< x y z w
   std::array<std::uint8_t, safety::kMaxArms> has_js{};
   std::array<double, safety::kMaxJoints> js{};
+
+  static constexpr std::array<std::array<double, 4>, kCrtkGroups> identities() noexcept {
+    std::array<std::array<double, 4>, kCrtkGroups> all{};
+    for (std::array<double, 4>& one : all)
+      one[3] = 1.0;
+    return all;
+  }
 };
 
 }  // namespace tandem::operation

@@ -9,9 +9,7 @@ using msg::Source;
 using planning::TaskKind;
 
 ManualControl::ManualControl(const ControlSetup& setup, const DriveExchange& drives)
-    : setup_(setup), drives_(drives), operator_(setup), crtk_(setup) {
-  tips_.fill(Eigen::Vector3d::Zero());
-}
+    : setup_(setup), drives_(drives), operator_(setup), crtk_(setup) {}
 
 Source ManualControl::choose(const OperatorInputHandler::Context& context,
                              const RobotCondition& condition,
@@ -71,7 +69,7 @@ void ManualControl::keepOut(const planning::TrackResult& result, safety::RobotVe
   double share = 1.0;
   for (std::size_t r = 0; r < guard.forbidden.size(); ++r) {
     for (int k = 0; k < setup_.arms(); ++k) {
-      const Eigen::Vector3d from = tips_[static_cast<std::size_t>(k)];
+      const Eigen::Vector3d from = tips_[static_cast<std::size_t>(k)].position;
       const Eigen::Vector3d displacement =
           ahead * (result.tip[static_cast<std::size_t>(k)].jacobian.topRows<3>() * setup_.of(k, velocity));
       const double here = distance(guard.forbidden[r], from);
@@ -109,10 +107,12 @@ void ManualControl::fill(const OperatorInputHandler::Context& context,
   crtk_.fill(crtk);
   crtk.commanding = context.lease_owner == msg::kCrtkClient;
   for (int k = 0; k < setup_.arms(); ++k)
-    Eigen::Vector3d::Map(op.tip_target.data() + 3 * k) = tips_[static_cast<std::size_t>(k)];
+    Eigen::Vector3d::Map(op.tip_target.data() + 3 * k) = tips_[static_cast<std::size_t>(k)].position;
   for (int t = 0; tasks != nullptr && t < tasks->task_count; ++t) {
     const planning::TaskReference& task = tasks->tasks[static_cast<std::size_t>(t)];
     const bool of_tip = task.kind == TaskKind::kTipPosition;
+    if (task.kind == TaskKind::kTipOrientation && source != Source::kCrtk)
+      Eigen::Vector4d::Map(crtk.cp_orientation[static_cast<std::size_t>(task.arm)].data()) = task.orientation.coeffs();
     if (!of_tip && task.kind != TaskKind::kRelativePosition)
       continue;
     if (of_tip)

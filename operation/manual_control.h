@@ -30,7 +30,7 @@ class ManualControl {
   /// Ends the motions of CRTK clients with an arm.
   void endCrtk(int arm) noexcept { crtk_.end(arm); }
 
-  /// Computes the tip positions. Call before judge() and choose().
+  /// Computes the tip poses. Call before judge() and choose().
   void locate(TaskLoop& loop) noexcept { tips_known_ = loop.findTips(tips_); }
   void forgetTips() noexcept { tips_known_ = false; }
   bool tipsKnown() const noexcept { return tips_known_; }

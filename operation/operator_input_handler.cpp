@@ -20,6 +20,8 @@ bool finite(const std::array<double, N>& numbers) noexcept {
 
 Eigen::Quaterniond rotation(const std::array<double, 4>& xyzw) noexcept { return {xyzw[3], xyzw[0], xyzw[1], xyzw[2]}; }
 
+bool isUnit(const std::array<double, 4>& xyzw) noexcept { return std::abs(rotation(xyzw).norm() - 1.0) <= 1e-2; }
+
 template <class From>
 std::array<double, 3> list(const From& v) noexcept {
   return {v[0], v[1], v[2]};
@@ -60,7 +62,9 @@ Reason OperatorInputHandler::judge(const msg::TeleopInput& input) const noexcept
   if (!finite(input.view) || !finite(input.linear) || !finite(input.angular) || !finite(input.position) ||
       !finite(input.orientation) || !std::isfinite(input.scale))
     return kNotFinite;
-  if (input.frame == 1 && std::abs(rotation(input.view).norm() - 1.0) > 1e-2)
+  if (input.frame == 1 && !isUnit(input.view))
+    return kView;
+  if (input.kind == 2 && pipeline_.rotates() && !isUnit(input.orientation))
     return kView;
   if (input.scale != 0.0 && (input.scale < teleoperation::kMinScale || input.scale > teleoperation::kMaxScale))
     return kScale;
@@ -113,6 +117,8 @@ void OperatorInputHandler::accept(const msg::TeleopInput& input, const Context& 
   sample_.other_arm = input.other_arm;
   sample_.pose = input.kind == 2;
   sample_.value = Eigen::Vector3d::Map(sample_.pose ? input.position.data() : input.linear.data());
+  sample_.angular = Eigen::Vector3d::Map(input.angular.data());
+  sample_.orientation = pipeline_.rotates() ? rotation(input.orientation).normalized() : Eigen::Quaterniond::Identity();
   sample_.frame = input.frame == 1 ? rotation(input.view).normalized() : Eigen::Quaterniond::Identity();
   sample_.scale = input.scale;
   if (!sample_.present) {
@@ -181,9 +187,14 @@ void OperatorInputHandler::fill(const Context& context, OperatorSnapshot& snapsh
   snapshot.input_rate = here ? rate_ : 0.0;
   snapshot.lag = pipeline_.lag();
   snapshot.engaged = pipeline_.engaged();
-  for (std::size_t s = 0; here && s < snapshot.stages.size(); ++s) {
-    const teleoperation::StageResult& from = pipeline_.stages()[s];
-    snapshot.stages[s] = {list(from.input), list(from.output), from.limiter, from.index};
+  snapshot.rotates = pipeline_.rotates();
+  const auto copy = [](const teleoperation::StageResults& from, auto& to) {
+    for (std::size_t s = 0; s < to.size(); ++s)
+      to[s] = {list(from[s].input), list(from[s].output), from[s].limiter, from[s].index};
+  };
+  if (here) {
+    copy(pipeline_.stages(), snapshot.stages);
+    copy(pipeline_.rotationStages(), snapshot.rotation_stages);
   }
   if (snapshot.engaged) {
     snapshot.wanted = list(pipeline_.wanted());

@@ -30,7 +30,8 @@ struct OperatorSnapshot {
   std::uint8_t device = 0, operator_present = 0, clutch = 0, mode = 0, arm = 0, other_arm = 0, frame = 0;
   double scale = 0.0, input_age = 0.0, latency = 0.0, input_rate = 0.0, lag = 0.0;
   bool engaged = false;
-  std::array<Stage, planning::teleoperation::kStages> stages{};
+  bool rotates = false;  ///< orientations are not ignored
+  std::array<Stage, planning::teleoperation::kStages> stages{}, rotation_stages{};
   std::array<double, 3> wanted{}, target{}, position{};
   std::array<double, 3 * safety::kMaxArms> tip_target{};
 };

@@ -43,7 +43,9 @@ bool TaskLoop::findTips(planning::teleoperation::TipPlaces& places) noexcept {
   for (std::size_t k = 0; k < static_cast<std::size_t>(setup_.arms()); ++k) {
     if (sensor_ && !tips_.tips().arm[k].known)
       return false;
-    places[k] = sensor_ ? tips_.tips().arm[k].position : Eigen::Vector3d(result_.tip[k].pose.translation());
+    const Eigen::Isometry3d& pose = result_.tip[k].pose;  // orientations are always the model's
+    places[k] = {sensor_ ? tips_.tips().arm[k].position : Eigen::Vector3d(pose.translation()),
+                 Eigen::Quaterniond(pose.linear())};
   }
   return true;
 }

@@ -33,7 +33,7 @@ class TaskLoop {
 
   /// Begins a cycle without tasks.
   void begin() noexcept;
-  /// Tip positions, as used in the errors of tasks. @return false if they are unknown.
+  /// Tip poses, as used in the errors of tasks. @return false if they are unknown.
   bool findTips(planning::teleoperation::TipPlaces& tips) noexcept;
   /// Computes velocities for the tasks; arms may move unless hold() has a reason. @return a fault; empty: none
   safety::FaultRecord follow(const planning::Reference& tasks, std::int64_t now) noexcept;

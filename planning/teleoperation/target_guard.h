@@ -1,27 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/** @file Limits on tip targets: virtual fixtures, workspace, speed, and largest distance ahead of the tip. */
+/** @file Limits on targets of tips: bounds, speed, and largest distance ahead of the tip. */
 #pragma once
 
 #include <Eigen/Core>
-#include <array>
+#include <algorithm>
 #include <cstdint>
-#include <optional>
-#include <vector>
 
-#include "planning/teleoperation/regions.h"
+#include "planning/teleoperation/spaces.h"
 
 namespace tandem::planning::teleoperation {
-
-/** Bounds on targets of operators and CRTK clients. */
-struct GuardOptions {
-  std::vector<ForbiddenRegion> forbidden;
-  double margin = 1e-3;  ///< minimum distance between targets and forbidden regions, m
-  std::optional<Guidance> guidance;
-  std::optional<Box> workspace;  ///< bounds of tip targets
-  double max_speed = 20e-3;      ///< of targets, m/s
-  double leash = 3e-3;           ///< largest distance of a target ahead of the tip, m
-  double response = 0.05;        ///< response time of a tip to its target, s; at least two control periods
-};
 
 /** Limiter that changed the input of a stage. */
 enum class Limiter : std::uint8_t {
@@ -45,61 +32,88 @@ struct StageResult {
   int index = 0;
 };
 
-/** Tips that move with the driven point x: tip i is at offset + sign * x. */
-struct DrivenTips {
-  int count = 0;
-  std::array<int, 2> arm{};
-  std::array<Eigen::Vector3d, 2> offset{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};  ///< m
-  std::array<Eigen::Vector3d, 2> tip{Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};     ///< present position, m
-  std::array<double, 2> sign{1.0, 1.0};
-
-  void add(int k, const Eigen::Vector3d& from_driven, const Eigen::Vector3d& now, double direction = 1.0) noexcept {
-    const auto i = static_cast<std::size_t>(count++);
-    arm[i] = k;
-    offset[i] = from_driven;
-    tip[i] = now;
-    sign[i] = direction;
-  }
-  /// Position of tip i with the driven point at x.
-  Eigen::Vector3d place(std::size_t i, const Eigen::Vector3d& x) const noexcept { return offset[i] + sign[i] * x; }
+/** Results of the stages of a guard. */
+struct GuardResult {
+  StageResult fixture, workspace, rate, reach;
 };
 
-/** Moves a target from its present to its wanted position as far as allowed.
- *
- * Neither targets nor the straight line from each tip to its target enter a forbidden region. A tip already inside one,
- * or outside of the workspace, may only move out. Nothing after construction allocates or throws. */
+/** Moves a target from its present to its wanted place as far as its bounds, its speed and its leash allow. Nothing
+ * after construction allocates or throws.
+ * @tparam Bounds  TipRegions or FreeOrientations: the space, the body that moves with the target, the largest speed,
+ * where the target may go */
+template <class Bounds>
 class TargetGuard {
  public:
-  explicit TargetGuard(const GuardOptions& options) : options_(&options) {}
+  using Space = typename Bounds::Space;
+  using Point = typename Space::Point;
+  using Body = typename Bounds::Body;
 
-  /// Sets the target to the driven point, m, robot base frame.
-  void engage(const Eigen::Vector3d& x) noexcept { target_ = x; }
+  explicit TargetGuard(const Bounds& bounds) : bounds_(bounds) {}
 
-  struct Result {
-    StageResult fixture, workspace, rate, reach;
-  };
-  /// @param wanted  m; @param now  the driven point, m; @param leash  largest distance between target and now, m
-  const Result& step(const Eigen::Vector3d& wanted,
-                     const Eigen::Vector3d& now,
-                     const DrivenTips& tips,
-                     double leash,
-                     double dt) noexcept;
+  /// Sets the target to the present place, robot base frame.
+  void engage(const Point& x) noexcept { target_ = x; }
 
-  const Eigen::Vector3d& target() const noexcept { return target_; }
+  /// @param now  the present place; @param leash  largest distance between target and now, m or rad
+  const GuardResult& step(const Point& wanted, const Point& now, const Body& body, double leash, double dt) noexcept {
+    const Space& space = bounds_.space();
+    result_ = {};
+    Point x = bounds_.confined(wanted, target_, body, result_);
+    result_.rate.input = space.shown(x, now);
+    const Eigen::Vector3d step = space.difference(x, target_);
+    if (const double length = step.norm(), most = bounds_.maxSpeed() * dt; length > most) {
+      x = space.moved(target_, (most / length) * step);
+      result_.rate.limiter = Limiter::kSpeed;
+    }
+    result_.rate.output = result_.reach.input = space.shown(x, now);
+    const Eigen::Vector3d ahead = space.difference(x, now);
+    if (const double length = ahead.norm(); length > leash) {
+      x = space.moved(now, (leash / length) * ahead);
+      result_.reach.limiter = Limiter::kLeash;
+    }
+    target_ = bounds_.clear(x, target_, now, body, result_);
+    result_.reach.output = space.shown(target_, now);
+    return result_;
+  }
+
+  const Point& target() const noexcept { return target_; }
+  const Space& space() const noexcept { return bounds_.space(); }
 
  private:
-  Eigen::Vector3d outOfRegions(Eigen::Vector3d x, const DrivenTips& tips, StageResult& stage) const noexcept;
-  Eigen::Vector3d intoWorkspace(Eigen::Vector3d x, const DrivenTips& tips, StageResult& stage) const noexcept;
-  double clearShare(const DrivenTips& from, const Eigen::Vector3d& to, double margin, int& region) const noexcept;
-
-  const GuardOptions* options_;
-  Eigen::Vector3d target_ = Eigen::Vector3d::Zero();
-  Result result_;
+  Bounds bounds_;
+  Point target_ = Space::origin();
+  GuardResult result_;
 };
 
-/// Time constant of tips following targets at a control period, s: the distance decreases to 1/e.
-double responseTime(const GuardOptions& options, double period) noexcept;
-/// Leash that allows targets to move at full speed at that period, m.
-double leashOf(const GuardOptions& options, double period) noexcept;
+/** Bounds of a tip's orientation: none but its speed. */
+class FreeOrientations {
+ public:
+  using Space = Orientations;
+  struct Body {};
+
+  /// @param max_speed  rad/s
+  FreeOrientations(const Orientations& space, double max_speed) : space_(space), max_speed_(max_speed) {}
+
+  const Orientations& space() const noexcept { return space_; }
+  double maxSpeed() const noexcept { return max_speed_; }
+  const Eigen::Quaterniond& confined(const Eigen::Quaterniond& wanted,
+                                     const Eigen::Quaterniond&,
+                                     const Body&,
+                                     GuardResult&) const noexcept {
+    return wanted;
+  }
+  const Eigen::Quaterniond& clear(const Eigen::Quaterniond& x,
+                                  const Eigen::Quaterniond&,
+                                  const Eigen::Quaterniond&,
+                                  const Body&,
+                                  GuardResult&) const noexcept {
+    return x;
+  }
+
+ private:
+  Orientations space_;
+  double max_speed_;
+};
+
+using OrientationGuard = TargetGuard<FreeOrientations>;
 
 }  // namespace tandem::planning::teleoperation

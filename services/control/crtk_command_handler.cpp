@@ -207,6 +207,7 @@ std::string CrtkCommandHandler::parse(const dds::PoseStamped& message, operation
   if (!(std::abs(norm - 1.0) <= 1e-2))
     return fmt::format("orientation: found a quaternion of length {:.3g}, expected 1", norm);
   request.count = 3;
+  request.orientation = q;
   std::copy(message.position.begin(), message.position.end(), request.values.begin());
   return badFrame(message.frame);
 }
@@ -216,6 +217,7 @@ std::string CrtkCommandHandler::parse(const dds::TwistStamped& message, operatio
     return "twist: found NaN or infinity, expected finite numbers";
   request.count = 3;
   std::copy(message.linear.begin(), message.linear.end(), request.values.begin());
+  request.angular = message.angular;
   return badFrame(message.frame);
 }
 

@@ -167,9 +167,11 @@ void CrtkPublisher::publishGoals(Ends& ends,
   };
   dds::PoseStamped pose;
   pose.position = crtk.cp[i];
+  pose.orientation = crtk.cp_orientation[i];
   write(crtk.has_cp[i] != 0, ends.has_cp, ends.goal_cp, pose);
   dds::TwistStamped twist;
   twist.linear = crtk.cv[i];
+  twist.angular = crtk.cv_angular[i];
   write(crtk.has_cv[i] != 0, ends.has_cv, ends.goal_cv, twist);
   dds::JointState joints;
   joints.name = names;

@@ -4,6 +4,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include <numbers>
+
 #include "control/conflict.h"
 
 namespace tandem::control_service {
@@ -31,6 +33,20 @@ void OperatorPublisher::publish(const dds::ControlStatus& status,
   message.stamp = status.stamp;
   handler_.fill(crtk, message);
   crtk_.write(message);
+}
+
+/// Of a stage of rotations.
+std::string OperatorPublisher::rotationLimiterOf(const operation::OperatorSnapshot::Stage& stage) const {
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  const double most = setup_.deployment.teleoperation.options.rotation.max_speed;
+  switch (stage.limiter) {
+    case Limiter::kSpeed:
+      return fmt::format("max_angular_speed {:.4g} deg/s", kDegrees * most);
+    case Limiter::kLeash:
+      return "leash_angle (the orientation of the tip lags behind its target)";
+    default:
+      return limiterOf(stage);
+  }
 }
 
 std::string OperatorPublisher::limiterOf(const operation::OperatorSnapshot::Stage& stage) const {
@@ -104,26 +120,36 @@ dds::TeleopStatus OperatorPublisher::statusOf(const dds::ControlStatus& status,
   m.tip_target = snapshot.tip_target;
   if (snapshot.client == 0)
     return m;
-  for (int s = 0; s < planning::teleoperation::kStages; ++s) {
-    const operation::OperatorSnapshot::Stage& from = snapshot.stages[static_cast<std::size_t>(s)];
-    m.stages.push_back({std::string(planning::teleoperation::name(static_cast<Stage>(s))),
-                        static_cast<std::uint8_t>(from.input != from.output ? 1 : 0), limiterOf(from), from.input,
-                        from.output});
+  const auto add = [&](const std::string& name, const operation::OperatorSnapshot::Stage& from, std::string limiter) {
+    m.stages.push_back({name, static_cast<std::uint8_t>(from.input != from.output ? 1 : 0), std::move(limiter),
+                        from.input, from.output});
+  };
+  using planning::teleoperation::name;
+  for (std::size_t s = 0; s < snapshot.stages.size(); ++s)
+    add(std::string(name(static_cast<Stage>(s))), snapshot.stages[s], limiterOf(snapshot.stages[s]));
+  for (std::size_t s = 0; snapshot.rotates && s < snapshot.rotation_stages.size(); ++s) {
+    const auto stage = static_cast<Stage>(s);
+    if (stage != Stage::kFixture && stage != Stage::kWorkspace)
+      add("rotation_" + std::string(name(stage)), snapshot.rotation_stages[s],
+          rotationLimiterOf(snapshot.rotation_stages[s]));
   }
   if (!snapshot.engaged)
     return m;
   m.wanted = snapshot.wanted;
   m.target = snapshot.target;
   m.position = snapshot.position;
-  // Only stages that are limits; a filter and a frame are none.
-  for (const Stage stage : {Stage::kFixture, Stage::kWorkspace, Stage::kRate, Stage::kReach}) {
-    const std::string why = limiterOf(snapshot.stages[static_cast<std::size_t>(stage)]);
+  const auto note = [&](const std::string& why) {
     if (!why.empty())
       m.limited_by += (m.limited_by.empty() ? "" : "; ") + why;
+  };
+  // Only stages that are limits; a filter and a frame are none.
+  for (const Stage stage : {Stage::kFixture, Stage::kWorkspace, Stage::kRate, Stage::kReach})
+    note(limiterOf(snapshot.stages[static_cast<std::size_t>(stage)]));
+  for (const Stage stage : {Stage::kRate, Stage::kReach}) {
+    if (snapshot.rotates)
+      note(rotationLimiterOf(snapshot.rotation_stages[static_cast<std::size_t>(stage)]));
   }
-  const std::string limits = status.limited != 0 ? jointLimits(status) : "";
-  if (!limits.empty())
-    m.limited_by += (m.limited_by.empty() ? "" : "; ") + limits;
+  note(status.limited != 0 ? jointLimits(status) : "");
   m.clamped = m.limited_by.empty() ? 0 : 1;
   m.tip_latency = snapshot.lag;
   return m;

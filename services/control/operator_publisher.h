@@ -18,6 +18,7 @@ class OperatorPublisher {
  private:
   dds::TeleopStatus statusOf(const dds::ControlStatus& status, const operation::OperatorSnapshot& snapshot) const;
   std::string limiterOf(const operation::OperatorSnapshot::Stage& stage) const;
+  std::string rotationLimiterOf(const operation::OperatorSnapshot::Stage& stage) const;
   std::string jointLimits(const dds::ControlStatus& status) const;
 
   const runtime::Setup& setup_;

@@ -146,7 +146,6 @@ void useDeployment(const std::filesystem::path& file) {
   EXPECT_TRUE(actuation.output().allFinite());
   planning::teleoperation::Pipeline pipeline(deployment.teleoperation.options, deployment.control_period);
   planning::teleoperation::TipPlaces places;
-  places.fill(Eigen::Vector3d::Zero());
   pipeline.step({}, places);
   EXPECT_TRUE(pipeline.wanted().allFinite());
   const safety::Budgets& b = deployment.budgets;

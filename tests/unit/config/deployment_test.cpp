@@ -139,6 +139,13 @@ teleoperation:
   max_speed_mm_per_s: 15
   leash_mm: 2
   response_ms: 80
+  orientation: axis
+  rotation_scale: 0.4
+  deadband_angular_speed_rad_per_s: 0.01
+  deadband_angle_rad: 0.02
+  filter_rotation_beta: 6
+  max_angular_speed_rad_per_s: 0.25
+  leash_angle_rad: 0.05
   workspace: {min_mm: [-50, -50, 0], max_mm: [50, 50, 300]}
   forbidden:
     - {name: vessel, sphere: {center_mm: [0, 0, 100], radius_mm: 5}}
@@ -146,7 +153,8 @@ teleoperation:
     - {name: bone, box: {min_mm: [1, 2, 3], max_mm: [4, 5, 6]}}
   margin_mm: 0.5
   guidance: {points_mm: [[0, 0, 0], [0, 0, 50]], strength: 0.5, radius_mm: 7}
-  crtk: {commands: false, clients: [a, b c], stamps: arrival, tip_step_mm: 1, translation_step_mm: 3, rotation_step_deg: 1.8, acceleration_mm_per_s2: 30}
+  crtk: {commands: false, clients: [a, b c], stamps: arrival, tip_step_mm: 1, tip_rotation_step_rad: 0.03, translation_step_mm: 3, rotation_step_deg: 1.8, acceleration_mm_per_s2: 30,
+         angular_acceleration_rad_per_s2: 2}
 cycle_log: cycles
 console: {address: 10.0.0.1, port: 9000, certificate: c.pem, key: k.pem, operator_token: o, viewer_token: v, origins: ["https://a.example:1"]}
 idle_power_off_s: 45
@@ -188,6 +196,14 @@ least_clearance_mm: -0.2
   EXPECT_EQ(o.guard.max_speed, 0.015);
   EXPECT_EQ(o.guard.leash, 2e-3);
   EXPECT_EQ(o.guard.response, 0.08);
+  EXPECT_EQ(o.rotation.followed, planning::teleoperation::TipOrientation::kAxis);
+  EXPECT_TRUE(o.rotation.space().axis_only);
+  EXPECT_EQ(o.rotation.scale, 0.4);
+  EXPECT_EQ(o.rotation.deadband_speed, 0.01);
+  EXPECT_EQ(o.rotation.deadband_angle, 0.02);
+  EXPECT_EQ(o.rotation.filter_beta, 6.0);
+  EXPECT_EQ(o.rotation.max_speed, 0.25);
+  EXPECT_EQ(o.rotation.leash, 0.05);
   EXPECT_EQ(o.guard.margin, 0.5e-3);
   ASSERT_TRUE(o.guard.workspace.has_value());
   EXPECT_EQ(o.guard.workspace->maximum, Eigen::Vector3d(0.05, 0.05, 0.3));
@@ -204,6 +220,8 @@ least_clearance_mm: -0.2
   EXPECT_FALSE(crtk.commands);
   EXPECT_EQ(crtk.clients, (std::vector<std::string>{"a", "b c"}));
   EXPECT_TRUE(crtk.by_arrival);
+  EXPECT_EQ(crtk.tip_rotation_step, 0.03);
+  EXPECT_EQ(crtk.angular_acceleration, 2.0);
   EXPECT_EQ(crtk.tip_step, 1e-3);
   EXPECT_EQ(crtk.translation_step, 3e-3);
   EXPECT_DOUBLE_EQ(crtk.rotation_step, 0.01 * std::numbers::pi);

@@ -37,7 +37,7 @@ TEST(OneEuro, QuietAtRestAndQuickInMotion) {
   const double dt = 0.01;
   const OneEuroOptions options;
   overSeeds([&](Dice& dice) {
-    OneEuro still(options);
+    OneEuro<Positions> still(options);
     still.reset(Vector3d::Zero());
     double raw = 0.0, filtered = 0.0;
     for (int i = 0; i < 500; ++i) {
@@ -46,7 +46,7 @@ TEST(OneEuro, QuietAtRestAndQuickInMotion) {
       filtered += still.step(noise, dt).squaredNorm();
     }
     EXPECT_LT(filtered, 0.25 * raw);
-    OneEuro quick(options);
+    OneEuro<Positions> quick(options);
     quick.reset(Vector3d::Zero());
     const double speed = 0.1;
     double lag = 0.0;

@@ -17,9 +17,8 @@ using Eigen::Vector3d;
 struct Rig {
   Rig(const Options& options, double period)
       : pipeline(options, period), dt(period), lag(responseTime(options.guard, period)) {
-    tips.fill(Vector3d::Zero());
-    tips[0] = {0.0, 0.005, 0.2};
-    tips[1] = {0.0, -0.005, 0.2};
+    tips[0].position = {0.0, 0.005, 0.2};
+    tips[1].position = {0.0, -0.005, 0.2};
   }
   State step(const Sample& sample) {
     const State state = pipeline.step(sample, tips);
@@ -28,7 +27,7 @@ struct Rig {
     planning::Reference reference;
     pipeline.tasks(0.0, 0.0, reference);
     // Tip motion for two levels of tasks.
-    std::array<Vector3d, 2> wanted{tips[0], tips[1]};
+    std::array<Vector3d, 2> wanted{tips[0].position, tips[1].position};
     const auto at = [](int k) { return static_cast<std::size_t>(k); };
     int named = 0;
     for (const planning::TaskReference& task : {reference.tasks[0], reference.tasks[1]}) {
@@ -39,8 +38,8 @@ struct Rig {
       if (task.kind == planning::TaskKind::kRelativePosition)
         wanted[at(1 - named)] = wanted[at(named)] + (named == task.arm ? -1.0 : 1.0) * task.position;
     }
-    tips[0] += dt / lag * (wanted[0] - tips[0]);
-    tips[1] += dt / lag * (wanted[1] - tips[1]);
+    tips[0].position += dt / lag * (wanted[0] - tips[0].position);
+    tips[1].position += dt / lag * (wanted[1] - tips[1].position);
     return state;
   }
   void run(const Sample& sample, double seconds) {
@@ -121,7 +120,7 @@ TEST(Teleoperation, NoTipEverEntersAForbiddenRegion) {
     std::vector<std::array<bool, 2>> outside(options.guard.forbidden.size());
     for (std::size_t r = 0; r < outside.size(); ++r) {
       for (std::size_t k = 0; k < 2; ++k)
-        outside[r][k] = distance(options.guard.forbidden[r], rig.tips[k]) >= 0.0;
+        outside[r][k] = distance(options.guard.forbidden[r], rig.tips[k].position) >= 0.0;
     }
     Sample sample = moving(Mode::kPair, dice.ball(0.04));
     for (int i = 0; i < 1500; ++i) {
@@ -130,7 +129,7 @@ TEST(Teleoperation, NoTipEverEntersAForbiddenRegion) {
       for (std::size_t r = 0; r < outside.size(); ++r) {
         for (std::size_t k = 0; k < 2; ++k) {
           if (outside[r][k]) {
-            ASSERT_GE(distance(options.guard.forbidden[r], rig.tips[k]), 0.0)
+            ASSERT_GE(distance(options.guard.forbidden[r], rig.tips[k].position), 0.0)
                 << "region " << r << " tip " << k << " step " << i << " mode " << name(sample.mode);
           }
         }
@@ -185,8 +184,8 @@ TEST(Teleoperation, EngagingNeverJumps) {
     for (int i = 0; i < 20; ++i) {
       Sample sample = moving(static_cast<Mode>(1 + dice.engine() % 3), dice.ball(0.05));
       sample.pose = dice.chance(0.5);
-      sample.value += dice.ball(10.0);  // any position of the device
-      rig.tips[0] += dice.ball(0.01);   // meanwhile the robot was moved
+      sample.value += dice.ball(10.0);          // any position of the device
+      rig.tips[0].position += dice.ball(0.01);  // meanwhile the robot was moved
       rig.step(sample);
       ASSERT_TRUE(rig.pipeline.engaged());
       EXPECT_LE((rig.pipeline.target() - rig.pipeline.position()).norm(), options.guard.max_speed * 0.01 + 1e-12);
@@ -212,8 +211,8 @@ TEST(Teleoperation, MotionIsTheDevicesTimesScaleInTheAxesOfTheView) {
     const Quaterniond view = dice.turn();
     for (const bool pose : {false, true}) {
       Rig rig(options, dt);
-      const Vector3d start = rig.tips[0];
-      const Vector3d relative = rig.tips[0] - rig.tips[1];
+      const Vector3d start = rig.tips[0].position;
+      const Vector3d relative = rig.tips[0].position - rig.tips[1].position;
       Sample sample = moving(Mode::kPair, velocity);
       sample.frame = view;
       sample.pose = pose;
@@ -227,8 +226,8 @@ TEST(Teleoperation, MotionIsTheDevicesTimesScaleInTheAxesOfTheView) {
       sample.value = pose ? sample.value : Vector3d(Vector3d::Zero());
       rig.run(sample, 4.0);
       const double moved = (pose ? 199 : 200) * dt;
-      EXPECT_LT((rig.tips[0] - start - options.scale * (view * (moved * velocity))).norm(), 2e-6) << pose;
-      EXPECT_LT((rig.tips[0] - rig.tips[1] - relative).norm(), 1e-6);
+      EXPECT_LT((rig.tips[0].position - start - options.scale * (view * (moved * velocity))).norm(), 2e-6) << pose;
+      EXPECT_LT((rig.tips[0].position - rig.tips[1].position - relative).norm(), 1e-6);
     }
   });
 }
@@ -247,16 +246,16 @@ TEST(Teleoperation, TheClutchReIndexes) {
     sample.clutch = true;
     EXPECT_EQ(rig.step(sample), State::kClutched);
     rig.run(sample, 2.0);  // the tip reaches the last target
-    const Vector3d there = rig.tips[0];
+    const Vector3d there = rig.tips[0].position;
     for (int i = 0; i < 100; ++i) {
       sample.value += dice.ball(0.02);
       ++sample.number;
       rig.step(sample);
     }
-    EXPECT_LT((rig.tips[0] - there).norm(), 1e-6) << "the hand goes back, the robot stays";
+    EXPECT_LT((rig.tips[0].position - there).norm(), 1e-6) << "the hand goes back, the robot stays";
     sample.clutch = false;
     rig.run(sample, 1.0);
-    EXPECT_LT((rig.tips[0] - there).norm(), 1e-6) << "and does not catch up";
+    EXPECT_LT((rig.tips[0].position - there).norm(), 1e-6) << "and does not catch up";
   });
 }
 
@@ -288,8 +287,8 @@ TEST(Teleoperation, EveryStageSaysWhatItDid) {
   EXPECT_EQ(of(Stage::kFixture).limiter, Limiter::kForbiddenRegion);
   EXPECT_EQ(of(Stage::kWorkspace).limiter, Limiter::kWorkspace);
   EXPECT_EQ(of(Stage::kWorkspace).index, 3);  // y_max
-  EXPECT_NEAR(rig.tips[0].x(), 0.001, 1e-4);
-  EXPECT_NEAR(rig.tips[0].y(), 0.0055, 1e-4);
+  EXPECT_NEAR(rig.tips[0].position.x(), 0.001, 1e-4);
+  EXPECT_NEAR(rig.tips[0].position.y(), 0.0055, 1e-4);
   for (std::size_t s = 1; s < kStages; ++s) {
     if (s != static_cast<std::size_t>(Stage::kFilter)) {
       EXPECT_EQ(stages[s].input, stages[s - 1].output) << name(static_cast<Stage>(s));
@@ -298,7 +297,7 @@ TEST(Teleoperation, EveryStageSaysWhatItDid) {
   // The reversal takes effect at once: a velocity device has no position beyond the wall.
   sample.value = {-0.02, 0.0, 0.0};
   rig.run(sample, 0.5);
-  EXPECT_LT(rig.tips[0].x(), 0.0);
+  EXPECT_LT(rig.tips[0].position.x(), 0.0);
 }
 
 TEST(Teleoperation, AllocatesNothing) {

@@ -143,9 +143,19 @@ TEST(CrtkCommandHandler, ReadsWhatIsValidAndNamesWhatIsNot) {
   pose.frame.clear();
   pose.orientation = {0, 0, 0, 0};
   EXPECT_NE(handler.parse(pose, request).find("found a quaternion of length 0, expected 1"), std::string::npos);
+  for (const double bad : {std::nan(""), HUGE_VAL, 1.1}) {
+    pose.orientation = {0, 0, 0, bad};
+    EXPECT_NE(handler.parse(pose, request).find("orientation: found a quaternion of length"), std::string::npos) << bad;
+  }
+  pose.orientation = {0.6, 0, 0, -0.8};
+  EXPECT_EQ(handler.parse(pose, request), "");
+  EXPECT_EQ(request.orientation, pose.orientation);
   dds::TwistStamped twist;
   twist.angular[1] = INFINITY;
   EXPECT_NE(handler.parse(twist, request).find("finite"), std::string::npos);
+  twist.angular = {1, 2, 3};
+  EXPECT_EQ(handler.parse(twist, request), "");
+  EXPECT_EQ(request.angular, twist.angular);
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "planning/teleoperation/target_guard.h"
+#include "planning/teleoperation/tip_regions.h"
 
 #include <algorithm>
 
@@ -17,20 +17,27 @@ double responseTime(const GuardOptions& options, double period) noexcept {
   return std::max(options.response, 2.0 * period);
 }
 
+double leashOf(double leash, double max_speed, double response) noexcept {
+  return std::max(leash, 1.5 * max_speed * response);
+}
+
 double leashOf(const GuardOptions& options, double period) noexcept {
-  return std::max(options.leash, 1.5 * options.max_speed * responseTime(options, period));
+  return leashOf(options.leash, options.max_speed, responseTime(options, period));
 }
 
 /// Moves all tips out to the margin, or to their present distance if that is smaller. If regions leave no room between
 /// them, the last target remains.
-Vector3d TargetGuard::outOfRegions(Vector3d x, const DrivenTips& tips, StageResult& stage) const noexcept {
+Vector3d TipRegions::outOfRegions(Vector3d x,
+                                  const Vector3d& target,
+                                  const DrivenTips& tips,
+                                  StageResult& stage) const noexcept {
   constexpr int kRounds = 8;
   for (int round = 0; round < kRounds; ++round) {
     bool good = true;
     for (std::size_t r = 0; r < options_->forbidden.size(); ++r) {
       const ForbiddenRegion& region = options_->forbidden[r];
       for (std::size_t i = 0; i < static_cast<std::size_t>(tips.count); ++i) {
-        const double bound = std::min(options_->margin, distance(region, tips.place(i, target_)));
+        const double bound = std::min(options_->margin, distance(region, tips.place(i, target)));
         const Vector3d tip = tips.place(i, x);
         const double missing = bound - distance(region, tip);
         if (missing <= kTiny)
@@ -44,14 +51,17 @@ Vector3d TargetGuard::outOfRegions(Vector3d x, const DrivenTips& tips, StageResu
     if (good)
       return x;
   }
-  return target_;
+  return target;
 }
 
-Vector3d TargetGuard::intoWorkspace(Vector3d x, const DrivenTips& tips, StageResult& stage) const noexcept {
+Vector3d TipRegions::intoWorkspace(Vector3d x,
+                                   const Vector3d& target,
+                                   const DrivenTips& tips,
+                                   StageResult& stage) const noexcept {
   if (!options_->workspace)
     return x;
   for (std::size_t i = 0; i < static_cast<std::size_t>(tips.count); ++i) {
-    const Vector3d last = tips.place(i, target_), tip = tips.place(i, x);
+    const Vector3d last = tips.place(i, target), tip = tips.place(i, x);
     for (int axis = 0; axis < 3; ++axis) {
       const double lower = std::min(options_->workspace->minimum[axis], last[axis]);
       const double upper = std::max(options_->workspace->maximum[axis], last[axis]);
@@ -68,7 +78,7 @@ Vector3d TargetGuard::intoWorkspace(Vector3d x, const DrivenTips& tips, StageRes
 
 /// Fraction of the straight line from every tip to its position at the target `to` that keeps this margin, or its
 /// present distance if that is smaller.
-double TargetGuard::clearShare(const DrivenTips& from, const Vector3d& to, double margin, int& region) const noexcept {
+double TipRegions::clearShare(const DrivenTips& from, const Vector3d& to, double margin, int& region) const noexcept {
   double share = 1.0;
   for (std::size_t r = 0; r < options_->forbidden.size(); ++r) {
     const ForbiddenRegion& forbidden = options_->forbidden[r];
@@ -94,53 +104,44 @@ double TargetGuard::clearShare(const DrivenTips& from, const Vector3d& to, doubl
   return share;
 }
 
-const TargetGuard::Result& TargetGuard::step(const Vector3d& wanted,
-                                             const Vector3d& now,
-                                             const DrivenTips& tips,
-                                             double leash,
-                                             double dt) noexcept {
-  result_ = {};
+Vector3d TipRegions::confined(const Vector3d& wanted,
+                              const Vector3d& target,
+                              const DrivenTips& tips,
+                              GuardResult& result) const noexcept {
   Vector3d x = wanted;
-  result_.fixture.input = x;
+  result.fixture.input = x;
   if (options_->guidance) {
-    const Vector3d led = target_ + guided(*options_->guidance, target_, wanted - target_);
+    const Vector3d led = target + guided(*options_->guidance, target, wanted - target);
     if (!led.isApprox(x, 1e-12)) {
-      result_.fixture.limiter = Limiter::kGuidance;
+      result.fixture.limiter = Limiter::kGuidance;
       x = led;
     }
   }
-  x = outOfRegions(x, tips, result_.fixture);
-  result_.fixture.output = result_.workspace.input = x;
-  x = intoWorkspace(x, tips, result_.workspace);
-  result_.workspace.output = result_.rate.input = x;
+  x = outOfRegions(x, target, tips, result.fixture);
+  result.fixture.output = result.workspace.input = x;
+  x = intoWorkspace(x, target, tips, result.workspace);
+  result.workspace.output = x;
+  return x;
+}
 
-  const double step = (x - target_).norm(), most = options_->max_speed * dt;
-  if (step > most) {
-    x = target_ + (most / step) * (x - target_);
-    result_.rate.limiter = Limiter::kSpeed;
-  }
-  result_.rate.output = result_.reach.input = x;
-
-  if (const double ahead = (x - now).norm(); ahead > leash) {
-    x = now + (leash / ahead) * (x - now);
-    result_.reach.limiter = Limiter::kLeash;
-  }
-  // Final guarantee, independent of the steps before: neither the target's path nor the tips' lines to it cross a
-  // forbidden region. Half and a quarter of the margin leave room for chords of a path along a surface.
+/// Half and a quarter of the margin leave room for chords of a path along a surface.
+Vector3d TipRegions::clear(const Vector3d& x,
+                           const Vector3d& target,
+                           const Vector3d& now,
+                           const DrivenTips& tips,
+                           GuardResult& result) const noexcept {
   int region = -1;
   DrivenTips here = tips;
   for (std::size_t i = 0; i < static_cast<std::size_t>(tips.count); ++i)
-    here.tip[i] = tips.place(i, target_);
-  x = target_ + clearShare(here, x, 0.5 * options_->margin, region) * (x - target_);
-  if (const double share = clearShare(tips, x, 0.25 * options_->margin, region); share < 1.0)
-    x = now + share * (x - now);
+    here.tip[i] = tips.place(i, target);
+  Vector3d to = target + clearShare(here, x, 0.5 * options_->margin, region) * (x - target);
+  if (const double share = clearShare(tips, to, 0.25 * options_->margin, region); share < 1.0)
+    to = now + share * (to - now);
   if (region >= 0) {
-    result_.fixture.limiter = Limiter::kForbiddenRegion;
-    result_.fixture.index = region;
+    result.fixture.limiter = Limiter::kForbiddenRegion;
+    result.fixture.index = region;
   }
-  result_.reach.output = x;
-  target_ = x;
-  return result_;
+  return to;
 }
 
 }  // namespace tandem::planning::teleoperation
