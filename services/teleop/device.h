@@ -50,12 +50,15 @@ class Device {
   virtual void showLimited(bool) {}
 };
 
-/// @param speed  of a fully deflected axis, m/s
+/// Default of --angular-speed, rad/s.
+inline constexpr double kAngularSpeed = 0.5;
+
+/// @param speed  of a fully deflected axis, m/s; @param angular_speed  the same of rotations, rad/s
 /// @throw DeviceError if none is found.
-std::unique_ptr<Device> openGamepad(double speed);
-std::unique_ptr<Device> openSpaceMouse(double speed);
+std::unique_ptr<Device> openGamepad(double speed, double angular_speed = kAngularSpeed);
+std::unique_ptr<Device> openSpaceMouse(double speed, double angular_speed = kAngularSpeed);
 /// Keyboard of this process's terminal.
-std::unique_ptr<Device> openKeyboard(double speed);
+std::unique_ptr<Device> openKeyboard(double speed, double angular_speed = kAngularSpeed);
 /// A CSV file, or an MCAP recording with teleop/input. @throw DeviceError that names file and line.
 std::unique_ptr<Device> openTrace(const std::string& file);
 

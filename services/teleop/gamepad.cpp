@@ -14,7 +14,7 @@ constexpr double kStickRest = 0.1;  ///< dead zone, since sticks do not return t
 
 class Gamepad final : public Device {
  public:
-  explicit Gamepad(double speed) : speed_(speed) {
+  Gamepad(double speed, double angular_speed) : speed_(speed), angular_speed_(angular_speed) {
     // No window: nothing is drawn, and events are accepted without focus.
     SDL_SetHint(sdl::kHintVideoDriver, "dummy");
     SDL_SetHint(sdl::kHintJoystickAllowBackgroundEvents, "1");
@@ -46,14 +46,16 @@ class Gamepad final : public Device {
     reading.present = axis(sdl::kAxisTriggerRight) > kHeld;
     reading.clutch = held(sdl::kButtonLeftShoulder);
     // SDL's y axes point down.
-    reading.linear =
-        speed_ * Eigen::Vector3d(stick(sdl::kAxisLeftX), -stick(sdl::kAxisLeftY), -stick(sdl::kAxisRightY));
+    const Eigen::Vector3d sticks(stick(sdl::kAxisLeftX), -stick(sdl::kAxisLeftY), -stick(sdl::kAxisRightY));
+    if (held(sdl::kButtonRightShoulder))
+      reading.angular = angular_speed_ * sticks;
+    else
+      reading.linear = speed_ * sticks;
     for (int b = 0; b < std::min(sdl::kButtonMax, 32); ++b)
       reading.buttons |= held(b) ? 1U << b : 0U;
     const std::vector<int> raw{rawAxis(sdl::kAxisTriggerRight), rawAxis(sdl::kAxisLeftX), rawAxis(sdl::kAxisLeftY),
                                rawAxis(sdl::kAxisRightY), static_cast<int>(reading.buttons)};
-    reading.present =
-        frozen_input_guard_.update(raw, reading.present && reading.linear.norm() > 0.0, reading.present, time);
+    reading.present = frozen_input_guard_.update(raw, reading.present && sticks.norm() > 0.0, reading.present, time);
     const std::uint32_t pressed = reading.buttons & ~buttons_;
     buttons_ = reading.buttons;
     const auto now = [pressed](int b) { return (pressed & (1U << b)) != 0; };
@@ -69,7 +71,9 @@ class Gamepad final : public Device {
     const char* name = SDL_GameControllerName(pad_);
     return std::string(name != nullptr ? name : "gamepad") +
            ": hold the right trigger to move (press it again after a stop because nothing changed for 1.5 s); left "
-           "stick x and y, right stick z; left shoulder clutch; Y mode, X arm, cross up and down scale, B stop";
+           "stick x and y, right stick z; right shoulder held: the sticks rotate about x, y and z; left shoulder "
+           "clutch; Y "
+           "mode, X arm, cross up and down scale, B stop";
   }
   void showLimited(bool limited) override {
     if (limited != limited_)
@@ -87,7 +91,7 @@ class Gamepad final : public Device {
   }
   bool held(int which) const { return SDL_GameControllerGetButton(pad_, which) != 0; }
 
-  double speed_;
+  double speed_, angular_speed_;
   SDL_GameController* pad_ = nullptr;
   std::uint32_t buttons_ = 0;
   bool limited_ = false;
@@ -96,6 +100,8 @@ class Gamepad final : public Device {
 
 }  // namespace
 
-std::unique_ptr<Device> openGamepad(double speed) { return std::make_unique<Gamepad>(speed); }
+std::unique_ptr<Device> openGamepad(double speed, double angular_speed) {
+  return std::make_unique<Gamepad>(speed, angular_speed);
+}
 
 }  // namespace tandem::teleop

@@ -16,7 +16,7 @@ constexpr double kKeyHeld = 0.1;
 
 class Keyboard final : public Device {
  public:
-  explicit Keyboard(double speed) : speed_(speed) {
+  Keyboard(double speed, double angular_speed) : speed_(speed), angular_speed_(angular_speed) {
     if (tcgetattr(STDIN_FILENO, &before_) != 0)
       throw DeviceError("keyboard: found no terminal on standard input; start it in a terminal");
     termios raw = before_;
@@ -30,15 +30,19 @@ class Keyboard final : public Device {
   Reading read(double time) override {
     static const std::map<char, Eigen::Vector3d> moves{{'d', {1, 0, 0}},  {'a', {-1, 0, 0}}, {'w', {0, 1, 0}},
                                                        {'s', {0, -1, 0}}, {'r', {0, 0, 1}},  {'f', {0, 0, -1}}};
+    static const std::map<char, Eigen::Vector3d> turns{{'i', {1, 0, 0}},  {'k', {-1, 0, 0}}, {'l', {0, 1, 0}},
+                                                       {'j', {0, -1, 0}}, {'o', {0, 0, 1}},  {'u', {0, 0, -1}}};
     Reading reading;
     pollfd input{STDIN_FILENO, POLLIN, 0};
     char key = 0;
     while (poll(&input, 1, 0) > 0) {
       if (::read(STDIN_FILENO, &key, 1) <= 0)
         throw DeviceError("keyboard: the terminal was closed");
-      if (const auto move = moves.find(key); move != moves.end()) {
+      const auto move = moves.find(key), turn = turns.find(key);
+      if (move != moves.end() || turn != turns.end()) {
         until_ = time + kKeyHeld;
-        direction_ = move->second;
+        direction_ = move != moves.end() ? move->second : Eigen::Vector3d(Eigen::Vector3d::Zero());
+        axis_ = turn != turns.end() ? turn->second : Eigen::Vector3d(Eigen::Vector3d::Zero());
       }
       reading.next_mode = reading.next_mode || key == 'm';
       reading.next_arm = reading.next_arm || key == '\t';
@@ -47,26 +51,32 @@ class Keyboard final : public Device {
       reading.end = reading.end || key == 'q' || key == 4;
     }
     reading.present = time < until_ && !reading.stop;
-    if (reading.present)
+    if (reading.present) {
       reading.linear = speed_ * direction_;
+      reading.angular = angular_speed_ * axis_;
+    }
     return reading;
   }
 
   planning::teleoperation::Device kind() const override { return planning::teleoperation::Device::kKeyboard; }
   std::string describe() const override {
-    return "keyboard: hold a and d for x, s and w for y, f and r for z; m mode, Tab arm, + and - scale, space stop, q "
-           "end";
+    return "keyboard: hold a and d for x, s and w for y, f and r for z; k and i, j and l, u and o to rotate about x, "
+           "y, "
+           "z; m mode, Tab arm, + and - scale, space stop, q end";
   }
 
  private:
-  double speed_;
+  double speed_, angular_speed_;
   termios before_{};
   Eigen::Vector3d direction_ = Eigen::Vector3d::Zero();
+  Eigen::Vector3d axis_ = Eigen::Vector3d::Zero();  ///< of the rotation
   double until_ = -1.0;
 };
 
 }  // namespace
 
-std::unique_ptr<Device> openKeyboard(double speed) { return std::make_unique<Keyboard>(speed); }
+std::unique_ptr<Device> openKeyboard(double speed, double angular_speed) {
+  return std::make_unique<Keyboard>(speed, angular_speed);
+}
 
 }  // namespace tandem::teleop

@@ -27,23 +27,25 @@ using planning::teleoperation::State;
 
 namespace {
 
+constexpr double kDegrees = 180.0 / std::numbers::pi;  ///< in a radian
+
 struct Options {
   std::string deployment = "teleop", device = "gamepad", file, mode = "pair", arm, other_arm;
   std::vector<double> view;  ///< deg, about x, then y, then z of the base frame
-  double scale = 0.0, speed = 20.0, rate = 100.0;
+  double scale = 0.0, speed = 20.0, angular_speed = kDegrees * teleop::kAngularSpeed, rate = 100.0;
   bool enable = false, quiet = false;
 };
 
 std::unique_ptr<teleop::Device> open(const Options& options) {
-  const double speed = 1e-3 * options.speed;
+  const double speed = 1e-3 * options.speed, angular_speed = options.angular_speed / kDegrees;
   if (!options.file.empty())
     return teleop::openTrace(options.file);
   if (options.device == "gamepad")
-    return teleop::openGamepad(speed);
+    return teleop::openGamepad(speed, angular_speed);
   if (options.device == "spacemouse")
-    return teleop::openSpaceMouse(speed);
+    return teleop::openSpaceMouse(speed, angular_speed);
   if (options.device == "keyboard")
-    return teleop::openKeyboard(speed);
+    return teleop::openKeyboard(speed, angular_speed);
   throw Failure(client::kUsage, "device trace: expected --trace FILE");
 }
 
@@ -74,10 +76,9 @@ class Session {
       throw Failure(client::kUsage, "mode " + options.mode + " needs two arms, and this robot has one; use --mode tip");
     input_.scale = options.scale;
     if (!options.view.empty()) {
-      constexpr double kDegree = std::numbers::pi / 180.0;
-      const Eigen::Quaterniond view(Eigen::AngleAxisd(kDegree * options.view[2], Eigen::Vector3d::UnitZ()) *
-                                    Eigen::AngleAxisd(kDegree * options.view[1], Eigen::Vector3d::UnitY()) *
-                                    Eigen::AngleAxisd(kDegree * options.view[0], Eigen::Vector3d::UnitX()));
+      const Eigen::Quaterniond view(Eigen::AngleAxisd(1.0 / kDegrees * options.view[2], Eigen::Vector3d::UnitZ()) *
+                                    Eigen::AngleAxisd(1.0 / kDegrees * options.view[1], Eigen::Vector3d::UnitY()) *
+                                    Eigen::AngleAxisd(1.0 / kDegrees * options.view[0], Eigen::Vector3d::UnitX()));
       input_.frame = 1;
       Eigen::Vector4d::Map(input_.view.data()) = view.coeffs();
     }
@@ -291,6 +292,11 @@ int main(int argc, char** argv) {
   app.add_option("--scale", options.scale, "motion scale (default: the deployment's)")
       ->check(CLI::Range(planning::teleoperation::kMinScale, planning::teleoperation::kMaxScale));
   app.add_option("--speed", options.speed, "tip speed at full deflection, before scaling, mm/s")
+      ->capture_default_str()
+      ->check(client::kPositive);
+  app.add_option("--angular-speed", options.angular_speed,
+                 "angular speed at full deflection, deg/s; rotations move the tip as far as the deployment's "
+                 "teleoperation.orientation says")
       ->capture_default_str()
       ->check(client::kPositive);
   app.add_option("--rate", options.rate, "readings of the device per second")

@@ -52,6 +52,7 @@ inline constexpr int kButtonB = 1;
 inline constexpr int kButtonX = 2;
 inline constexpr int kButtonY = 3;
 inline constexpr int kButtonLeftShoulder = 9;
+inline constexpr int kButtonRightShoulder = 10;
 inline constexpr int kButtonDpadUp = 11;
 inline constexpr int kButtonDpadDown = 12;
 inline constexpr int kButtonMax = 21;  ///< number of buttons

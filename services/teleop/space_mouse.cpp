@@ -13,13 +13,12 @@
 namespace tandem::teleop {
 namespace {
 
-constexpr double kFull = 350.0;   ///< value of a fully deflected axis
-constexpr double kTurning = 0.5;  ///< at full rotation, rad/s
+constexpr double kFull = 350.0;  ///< value of a fully deflected axis
 constexpr double kMostEvents = 1000;
 
 class SpaceMouse final : public Device {
  public:
-  explicit SpaceMouse(double speed) : speed_(speed) {
+  SpaceMouse(double speed, double angular_speed) : speed_(speed), angular_speed_(angular_speed) {
     if (spnav_open() == -1)
       throw DeviceError("SpaceMouse: found no spacenavd; install and start it (apt install spacenavd)");
   }
@@ -39,7 +38,7 @@ class SpaceMouse final : public Device {
         // The daemon's y axis points up, its z axis away from the operator, as in Reading.
         const auto& m = event.motion;
         linear_ = speed_ / kFull * Eigen::Vector3d(m.x, m.y, m.z);
-        angular_ = kTurning / kFull * Eigen::Vector3d(m.rx, m.ry, m.rz);
+        angular_ = angular_speed_ / kFull * Eigen::Vector3d(m.rx, m.ry, m.rz);
       } else if (event.type == SPNAV_EVENT_DEV && event.dev.op == SPNAV_DEV_RM) {
         throw DeviceError("SpaceMouse: disconnected; plug it in and start tandem teleop again");
       } else if (event.type == SPNAV_EVENT_BUTTON && event.button.bnum < 32) {
@@ -52,7 +51,7 @@ class SpaceMouse final : public Device {
       }
     }
     reading.linear = linear_.cwiseMax(-speed_).cwiseMin(speed_);
-    reading.angular = angular_;
+    reading.angular = angular_.cwiseMax(-angular_speed_).cwiseMin(angular_speed_);
     reading.buttons = buttons_;
     reading.present = (buttons_ & 1U) != 0;
     reading.clutch = (buttons_ & 2U) != 0;
@@ -61,17 +60,19 @@ class SpaceMouse final : public Device {
 
   planning::teleoperation::Device kind() const override { return planning::teleoperation::Device::kSpaceMouse; }
   std::string describe() const override {
-    return "SpaceMouse: hold button 1 to move; button 2 clutch, button 3 mode, button 4 arm";
+    return "SpaceMouse: hold button 1 to move and rotate; button 2 clutch, button 3 mode, button 4 arm";
   }
 
  private:
-  double speed_;
+  double speed_, angular_speed_;
   Eigen::Vector3d linear_ = Eigen::Vector3d::Zero(), angular_ = Eigen::Vector3d::Zero();
   std::uint32_t buttons_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<Device> openSpaceMouse(double speed) { return std::make_unique<SpaceMouse>(speed); }
+std::unique_ptr<Device> openSpaceMouse(double speed, double angular_speed) {
+  return std::make_unique<SpaceMouse>(speed, angular_speed);
+}
 
 }  // namespace tandem::teleop

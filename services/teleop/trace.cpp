@@ -4,8 +4,10 @@
 #include <charconv>
 #include <fstream>
 #include <map>
+#include <numbers>
 #include <vector>
 
+#include "kinematics/rotations.h"
 #include "recording/reader.h"
 #include "services/dds/raw.h"
 #include "services/dds/topics.h"
@@ -45,6 +47,9 @@ double numberOf(const std::string& file, int line, const std::string& column, co
 
 const std::vector<std::string> kVelocity{"vx_mm_per_s", "vy_mm_per_s", "vz_mm_per_s"};
 const std::vector<std::string> kPlace{"x_mm", "y_mm", "z_mm"};
+// Optional, all or none: angular velocity; orientation as rotation vector.
+const std::vector<std::string> kAngularVelocity{"wx_deg_per_s", "wy_deg_per_s", "wz_deg_per_s"};
+const std::vector<std::string> kRotation{"rx_deg", "ry_deg", "rz_deg"};
 
 std::vector<Line> readCsv(const std::string& file) {
   std::ifstream stream(file);
@@ -57,17 +62,22 @@ std::vector<Line> readCsv(const std::string& file) {
     return std::find(columns.begin(), columns.end(), name) != columns.end();
   };
   const bool pose = has(kPlace[0]);
+  const std::vector<std::string>&moves = pose ? kPlace : kVelocity, &turns = pose ? kRotation : kAngularVelocity;
   for (const std::string& column : columns) {
     const auto among = [&](const std::vector<std::string>& names) {
       return std::find(names.begin(), names.end(), column) != names.end();
     };
-    if (!among({"time_s", "present", "clutch"}) && !among(pose ? kPlace : kVelocity))
+    if (!among({"time_s", "present", "clutch"}) && !among(moves) && !among(turns))
       fail(file, 1,
            "found column '" + column +
-               "', expected time_s, present, clutch, and either vx_mm_per_s, "
-               "vy_mm_per_s, vz_mm_per_s or x_mm, y_mm, z_mm");
+               "', expected time_s, present, clutch, and either vx_mm_per_s, vy_mm_per_s, vz_mm_per_s and possibly "
+               "wx_deg_per_s, wy_deg_per_s, wz_deg_per_s, or x_mm, y_mm, z_mm and possibly rx_deg, ry_deg, rz_deg");
   }
-  for (const std::string& name : {std::string("time_s"), (pose ? kPlace : kVelocity)[0]}) {
+  const bool rotates = std::any_of(turns.begin(), turns.end(), has);
+  std::vector<std::string> expected{"time_s", moves[0]};
+  if (rotates)
+    expected.insert(expected.end(), turns.begin(), turns.end());
+  for (const std::string& name : expected) {
     if (!has(name))
       fail(file, 1, "found no column '" + name + "', expected it");
   }
@@ -86,9 +96,15 @@ std::vector<Line> readCsv(const std::string& file) {
     line.reading.present = !has("present") || values["present"] != 0.0;
     line.reading.clutch = values["clutch"] != 0.0;
     line.reading.pose = pose;
-    const std::vector<std::string>& names = pose ? kPlace : kVelocity;
-    (pose ? line.reading.position : line.reading.linear) =
-        1e-3 * Eigen::Vector3d(values[names[0]], values[names[1]], values[names[2]]);
+    const auto vector = [&](const std::vector<std::string>& names) {
+      return Eigen::Vector3d(values[names[0]], values[names[1]], values[names[2]]);
+    };
+    (pose ? line.reading.position : line.reading.linear) = 1e-3 * vector(moves);
+    const Eigen::Vector3d rotation = std::numbers::pi / 180.0 * vector(turns);
+    if (pose)
+      line.reading.orientation = kinematics::rotationBy(rotation);
+    else
+      line.reading.angular = rotation;
     if (!lines.empty() && line.time < lines.back().time)
       fail(file, number, "time_s: found " + std::to_string(line.time) + ", expected no less than in the line before");
     lines.push_back(line);

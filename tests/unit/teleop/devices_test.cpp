@@ -64,6 +64,7 @@ TEST(Gamepad, NumbersAndHintsAreThoseOfSdlsOwnHeader) {
   static_assert(sdl::kButtonX == SDL_CONTROLLER_BUTTON_X);
   static_assert(sdl::kButtonY == SDL_CONTROLLER_BUTTON_Y);
   static_assert(sdl::kButtonLeftShoulder == SDL_CONTROLLER_BUTTON_LEFTSHOULDER);
+  static_assert(sdl::kButtonRightShoulder == SDL_CONTROLLER_BUTTON_RIGHTSHOULDER);
   static_assert(sdl::kButtonDpadUp == SDL_CONTROLLER_BUTTON_DPAD_UP);
   static_assert(sdl::kButtonDpadDown == SDL_CONTROLLER_BUTTON_DPAD_DOWN);
   static_assert(sdl::kButtonMax == SDL_CONTROLLER_BUTTON_MAX);
@@ -91,7 +92,7 @@ TEST(Gamepad, SaysWhatAVirtualOneIsSetTo) {
   // Released triggers are at the lower end of their range.
   for (const int trigger : {SDL_CONTROLLER_AXIS_TRIGGERLEFT, SDL_CONTROLLER_AXIS_TRIGGERRIGHT})
     SDL_JoystickSetVirtualAxis(joystick, trigger, -32768);
-  const auto pad = openGamepad(0.02);
+  const auto pad = openGamepad(0.02, 0.2);
   EXPECT_EQ(pad->kind(), planning::teleoperation::Device::kGamepad);
   Reading reading = pad->read(0.0);
   EXPECT_FALSE(reading.present);
@@ -107,7 +108,12 @@ TEST(Gamepad, SaysWhatAVirtualOneIsSetTo) {
   EXPECT_TRUE(reading.clutch);
   EXPECT_TRUE(reading.next_mode);
   EXPECT_NEAR((reading.linear - Vector3d(0.02, -0.02, 0.0)).norm(), 0.0, 1e-6);
+  EXPECT_EQ(reading.angular, Vector3d::Zero());
   EXPECT_FALSE(pad->read(0.0).next_mode) << "a request is reported once";
+  SDL_JoystickSetVirtualButton(joystick, SDL_CONTROLLER_BUTTON_RIGHTSHOULDER, 1);
+  reading = pad->read(0.0);
+  EXPECT_EQ(reading.linear, Vector3d::Zero());
+  EXPECT_NEAR((reading.angular - Vector3d(0.2, -0.2, 0.0)).norm(), 0.0, 1e-6) << "the sticks rotate";
   SDL_JoystickDetachVirtual(index);
   EXPECT_THROW(pad->read(0.0), DeviceError);
   SDL_JoystickClose(joystick);
@@ -175,7 +181,7 @@ struct Terminal {
 
 TEST(Keyboard, KeyCountsAsHeldForAMomentAfterEachCharacter) {
   const Terminal terminal;
-  const auto keyboard = openKeyboard(0.01);
+  const auto keyboard = openKeyboard(0.01, 0.2);
   EXPECT_FALSE(keyboard->read(0.0).present);
   terminal.type("w");
   Reading reading = keyboard->read(1.0);
@@ -185,6 +191,19 @@ TEST(Keyboard, KeyCountsAsHeldForAMomentAfterEachCharacter) {
   EXPECT_FALSE(keyboard->read(1.11).present);
   terminal.type("wwwr");
   EXPECT_EQ(keyboard->read(2.0).linear, Vector3d(0.0, 0.0, 0.01));
+  EXPECT_EQ(keyboard->read(2.0).angular, Vector3d::Zero());
+  for (const auto& [key, axis] : {std::pair<std::string, Vector3d>{"i", {1, 0, 0}},
+                                  {"k", {-1, 0, 0}},
+                                  {"l", {0, 1, 0}},
+                                  {"j", {0, -1, 0}},
+                                  {"o", {0, 0, 1}},
+                                  {"u", {0, 0, -1}}}) {
+    terminal.type(key);
+    reading = keyboard->read(2.02);
+    EXPECT_TRUE(reading.present);
+    EXPECT_EQ(reading.angular, 0.2 * axis) << key;
+    EXPECT_EQ(reading.linear, Vector3d::Zero());
+  }
   terminal.type("m\t+ ");
   reading = keyboard->read(2.05);
   EXPECT_TRUE(reading.next_mode && reading.next_arm && reading.stop);
@@ -204,7 +223,7 @@ TEST(SpaceMouse, SaysWhatItsDaemonSays) {
   ASSERT_EQ(bind(listener, reinterpret_cast<sockaddr*>(&address), sizeof(address)), 0);
   ASSERT_EQ(listen(listener, 1), 0);
   setenv("SPNAV_SOCKET", path.c_str(), 1);
-  const auto mouse = openSpaceMouse(0.035);  // connects before the daemon accepts
+  const auto mouse = openSpaceMouse(0.035, 0.2);  // connects before the daemon accepts
   const int daemon = accept(listener, nullptr, nullptr);
   ASSERT_GE(daemon, 0);
   EXPECT_FALSE(mouse->read(0.0).present);
@@ -219,7 +238,7 @@ TEST(SpaceMouse, SaysWhatItsDaemonSays) {
   EXPECT_FALSE(reading.clutch);
   EXPECT_NEAR(reading.linear.x(), 0.035, 1e-9);
   EXPECT_NEAR(reading.linear.cwiseAbs().sum(), 0.035 * (1.0 + 0.5 + 0.2), 1e-9);
-  EXPECT_NEAR(reading.angular.cwiseAbs().sum(), 0.5, 1e-9);
+  EXPECT_NEAR(reading.angular.cwiseAbs().sum(), 0.2, 1e-9);
   say({2, 0, 0, 0, 0, 0, 0, 0});
   EXPECT_FALSE(mouse->read(0.0).present);
   say({1, 0, 0, 0, 0, 0, 0, 0});
@@ -244,6 +263,14 @@ TEST(Trace, VelocitiesAndPlacesAtTheirTimes) {
   const auto places = openTrace(folder.write("p.csv", "x_mm,y_mm,z_mm,time_s\n1,2,3,5\n4,5,6,6\n"));
   EXPECT_TRUE(places->read(0.4).pose);
   EXPECT_EQ(places->read(0.4).position, 1e-3 * Vector3d(1, 2, 3));
+  EXPECT_EQ(places->read(0.4).orientation.coeffs(), Eigen::Quaterniond::Identity().coeffs());
+  const auto turns = openTrace(folder.write("w.csv",
+                                            "time_s,vx_mm_per_s,vy_mm_per_s,vz_mm_per_s,wx_deg_per_s,wy_deg_per_s,"
+                                            "wz_deg_per_s\n0,0,0,0,90,0,-45\n1,0,0,0,0,0,0\n"));
+  EXPECT_LT((turns->read(0.4).angular - M_PI * Vector3d(0.5, 0, -0.25)).norm(), 1e-12);
+  const auto poses =
+      openTrace(folder.write("r.csv", "time_s,x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg\n0,0,0,0,0,90,0\n1,0,0,0,0,0,0\n"));
+  EXPECT_LT((poses->read(0.4).orientation * Vector3d::UnitZ() - Vector3d::UnitX()).norm(), 1e-12);
 }
 
 TEST(Trace, BadFilesAreNamedLineByLine) {
@@ -254,6 +281,8 @@ TEST(Trace, BadFilesAreNamedLineByLine) {
   EXPECT_TRUE(has("", "empty"));
   EXPECT_TRUE(has("time_s,vx\n", "bad.csv:1: found column 'vx'"));
   EXPECT_TRUE(has("vx_mm_per_s\n", "found no column 'time_s', expected it"));
+  EXPECT_TRUE(has("time_s,x_mm,y_mm,z_mm,wx_deg_per_s\n", "bad.csv:1: found column 'wx_deg_per_s'"));
+  EXPECT_TRUE(has("time_s,x_mm,y_mm,z_mm,rx_deg\n", "bad.csv:1: found no column 'ry_deg', expected it"));
   const std::string head = "time_s,vx_mm_per_s,vy_mm_per_s,vz_mm_per_s\n";
   EXPECT_TRUE(has(head, "no motion"));
   EXPECT_TRUE(has(head + "0,0,0\n", "bad.csv:2: found 3 fields, expected 4"));
