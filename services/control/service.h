@@ -12,6 +12,7 @@
 #include "config/arm_names.h"
 #include "operation/control_core.h"
 #include "robots/capability.h"
+#include "robots/orientation_freedom.h"
 #include "services/control/clearance_publisher.h"
 #include "services/control/control_request_handler.h"
 #include "services/control/crtk_command_handler.h"
@@ -46,6 +47,7 @@ struct Service {
         crtk(bus, s, robot),
         operators(bus, s, crtk_command_handler),
         clearance(bus, s, robot) {
+    robots::requireOrientation(s.deployment, s.robot);
     commands = bus.writer(dds::kActuationCommand);
     limits = bus.writer(dds::kActuationLimits);
     statuses = bus.writer(dds::kControlStatus);

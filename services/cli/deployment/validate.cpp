@@ -7,6 +7,7 @@
 #include "config/config.h"
 #include "config/robot_files.h"
 #include "config/values.h"
+#include "robots/orientation_freedom.h"
 #include "robots/overlap.h"
 #include "services/cli/subcommand.h"
 #include "services/runtime/identity.h"
@@ -15,10 +16,13 @@ namespace tandem::cli {
 namespace {
 
 /// Overlaps of the arms at home, of a robot or deployment file.
+/// @throw config::Error for a deployment whose arms cannot follow the orientations that it names
 std::vector<std::string> overlapsOf(const std::string& file, const std::string& kind) {
   if (kind == "deployment") {
     const config::Deployment deployment = config::loadDeployment(file);
-    return robots::describeHomeOverlaps(config::loadAnyRobot(deployment), deployment.model);
+    const config::Robot robot = config::loadAnyRobot(deployment);
+    robots::requireOrientation(deployment, robot);
+    return robots::describeHomeOverlaps(robot, deployment.model);
   }
   const auto& robots = config::robotFiles();
   const bool robot = std::ranges::any_of(robots, [&](const config::RobotFile& of) { return of.kind == kind; });

@@ -7,6 +7,7 @@
 
 #include "config/robot_files.h"
 #include "planning/task_freedom.h"
+#include "robots/orientation_freedom.h"
 #include "robots/robot_model.h"
 #include "robots/robot_type.h"
 #include "tests/unit/documented_page.h"
@@ -106,6 +107,45 @@ std::string stabilityRefusal() {
   return spec.wrongModels(planar.models());
 }
 
+/// What an arm of a robot can follow beside its positions, as orientationRefusal() says.
+std::string orientationCell(const config::Robot& robot, planning::teleoperation::TipOrientation orientation) {
+  if (!has(robot, Capability::kTips))
+    return "refused";
+  const RobotModel model(robot);
+  if (orientationRefusal(robot, model, orientation).empty())
+    return "yes";
+  int least = 3, rows = 0;
+  for (int k = 0; k < model.armCount(); ++k) {
+    const planning::TaskFreedom freedom = orientationFreedom(robot, model, k, orientation);
+    least = std::min(least, freedom.rank);
+    rows = freedom.rows;
+  }
+  return "refused, " + std::to_string(least) + " of " + std::to_string(rows);
+}
+
+std::string orientationTable(const std::vector<std::pair<std::string, config::Robot>>& robots) {
+  using planning::teleoperation::TipOrientation;
+  std::string text =
+      "\n## Orientations of operators and CRTK clients\n\n"
+      "`teleoperation.orientation` of a deployment ([teleoperation.md](teleoperation.md#orientation)): the degrees of "
+      "freedom that the position of a tip leaves\nto its orientation at home, of the arm with the fewest. With fewer "
+      "than the key needs, `tandem validate` and the start of\n`tandem-control` refuse it.\n\n| `orientation` |";
+  for (const auto& [name, robot] : robots)
+    text += " `" + name + "` |";
+  text += "\n|---|";
+  for (std::size_t k = 0; k < robots.size(); ++k)
+    text += "---|";
+  for (const auto& [word, orientation] :
+       {std::pair{"axis", TipOrientation::kAxis}, std::pair{"full", TipOrientation::kFull}}) {
+    text += std::string("\n| `") + word + "` |";
+    for (const auto& [name, robot] : robots)
+      text += " " + orientationCell(robot, orientation) + " |";
+  }
+  const config::Robot planar = robotOf("planar/planar-pair");
+  return text + "\n\nThe reason, after the file and the key: " +
+         orientationRefusal(planar, RobotModel(planar), TipOrientation::kFull) + ".\n";
+}
+
 std::string page() {
   std::ostringstream out;
   out << "# Refusals\n\n"
@@ -160,7 +200,8 @@ std::string page() {
          "`elastic_stability`) have no rank where\nnothing is near; the reason of their refusal, after the file and "
          "the "
          "task: "
-      << stabilityRefusal() << ".\n";
+      << stabilityRefusal() << ".\n"
+      << orientationTable(robots);
   return out.str();
 }
 
