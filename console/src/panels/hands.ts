@@ -7,9 +7,9 @@ import type { Context, Panel } from "./context";
 import { whyNot } from "./context";
 import { Choice, Reasons } from "./choice";
 import { action, card, h, setAttribute, setClass, setShown, setText, setUsable } from "./dom";
-import { millimetres } from "../state/numbers";
+import { degrees, millimetres } from "../state/numbers";
 
-/** Stages whose results are velocities of the device; the results of the others are positions. */
+/** Stages whose results are velocities of the device; the results of the others are positions, or rotations. */
 const kVelocities = ["deadband", "dead_man", "clutch", "frame", "scale"];
 const kStates = ["no input", "refused", "released", "clutched", "following", "stopped: release and hold again"];
 
@@ -135,8 +135,11 @@ export class Hands implements Panel {
     if (this.c.world.teleop.count === this.shown) return;
     this.shown = this.c.world.teleop.count;
     const rows = teleop.stages.map((stage) => {
-      const unit = kVelocities.includes(stage.name) ? "mm/s" : "mm";
-      const digits = (v: Float64Array): string => `${[...v].map((x) => millimetres(x, 1)).join("  ")} ${unit}`;
+      const ofRotations = stage.name.startsWith("rotation_");
+      const speed = kVelocities.includes(stage.name.replace("rotation_", "")) ? "/s" : "";
+      const unit = (ofRotations ? "deg" : "mm") + speed;
+      const number = ofRotations ? degrees : millimetres;
+      const digits = (v: Float64Array): string => `${[...v].map((x) => number(x, 1)).join("  ")} ${unit}`;
       const row = h(
         "li",
         { class: stage.active ? "active" : "" },

@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Operators and CRTK clients with the real processes: `tandem up`, `tandem teleop` with recorded motion, and a client on Cyclone DDS."""
 import json
+import math
 import os
 import pathlib
 import signal
@@ -18,13 +19,28 @@ CYCLONE = """<CycloneDDS><Domain><General><Interfaces><NetworkInterface address=
 <Internal><GenerateKeyhash>true</GenerateKeyhash></Internal></Domain></CycloneDDS>"""
 
 
+def rotation(vector):
+    """3 x 3, by a rotation vector in degrees."""
+    x, y, z = (math.radians(v) for v in vector)
+    return tubes.exponential([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+
+
+def rotation_vector(matrix):
+    """In degrees; below 180."""
+    r = matrix
+    twice_sine = [r[2][1] - r[1][2], r[0][2] - r[2][0], r[1][0] - r[0][1]]
+    length = tubes.norm(twice_sine)
+    angle = math.degrees(math.atan2(length, r[0][0] + r[1][1] + r[2][2] - 1))
+    return [angle * v / length for v in twice_sine] if length > 0 else [0, 0, 0]
+
+
 class Teleoperation(system.SystemTest):
     def begin(self, teleoperation="{leash_mm: 1}"):
         self.system = self.start("teleop", teleoperation=teleoperation, **system.real_time())
 
-    def trace(self, name, *phases):
-        """A CSV file: each phase is (seconds, present, velocity in mm/s)."""
-        lines, at = ["time_s,present,vx_mm_per_s,vy_mm_per_s,vz_mm_per_s"], 0.0
+    def trace(self, name, *phases, columns="vx_mm_per_s,vy_mm_per_s,vz_mm_per_s"):
+        """A CSV file: each phase is (seconds, present, velocity in mm/s, or the values of other columns)."""
+        lines, at = ["time_s,present," + columns], 0.0
         for seconds, present, velocity in phases:
             lines.append(",".join(map(str, [at, present, *velocity])))
             at += seconds
@@ -39,6 +55,14 @@ class Teleoperation(system.SystemTest):
                                    text=True, start_new_session=True)
         self.addCleanup(system.reap, process)
         return process
+
+    def poses(self):
+        """Of the tips; their frames turn with tube 1, those of the backbone do not."""
+        poses = []
+        for q, arm in zip(self.system.joints(), "ab"):
+            c, s = math.cos(q[3]), math.sin(q[3])
+            poses.append(tubes.multiply(tubes.transform(q, arm), [[c, -s, 0, 0], [s, c, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]))
+        return poses
 
     def tips(self):
         return [tubes.position(tubes.transform(q, arm)) for q, arm in zip(self.system.joints(), "ab")]
@@ -89,6 +113,36 @@ class Teleoperation(system.SystemTest):
         self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
         # Planning continues from the new position.
         self.assert_ok(self.system.robot("run", self.trajectory("after", [0, -2, 0], points=3, max_iterations=500)))
+
+    def test_the_rotation_of_a_handle_turns_the_tip_and_its_position_is_held(self):
+        self.begin("{leash_mm: 1, orientation: full}")
+        before = self.poses()
+        # The handle is gripped turned by 40 degrees about z; then it turns by 10 degrees about an axis of the base frame, about which the
+        # joints at home turn the tip fast.
+        grip, turn = [0, 0, 40], [0.73, 2.71, 9.60]
+        turned = rotation_vector(tubes.multiply(rotation(turn), rotation(grip)))
+        process = self.teleop(self.trace("handle", (0.3, 0, [0, 0, 0, *grip]), (0.5, 1, [0, 0, 0, *grip]), (4.0, 1, [0, 0, 0, *turned]),
+                                         columns="x_mm,y_mm,z_mm,rx_deg,ry_deg,rz_deg"), "--mode", "pair")
+        farthest = 0.0
+        while process.poll() is None:
+            farthest = max(farthest, *(tubes.norm(tubes.minus(tubes.position(now), tubes.position(then)))
+                                       for now, then in zip(self.poses(), before)))
+        reported = process.communicate()
+        self.assertEqual(process.returncode, 0, reported)
+        self.assertIn("max_angular_speed", reported[0])
+        start, end = ([row[:3] for row in pose[:3]] for pose in (before[0], self.poses()[0]))
+        error = rotation_vector(tubes.multiply(end, tubes.transposed(tubes.multiply(rotation(turn), start))))
+        print(f"  the tip turned by 10 degrees, within {tubes.norm(error):.2f}; the tips moved by {1e3 * farthest:.3f} mm", flush=True)
+        self.assertLess(tubes.norm(error), 1.0)
+        self.assertLess(farthest, 0.5e-3, "the positions of both tips are held")
+
+    def test_an_orientation_that_the_arms_cannot_follow_is_refused_before_the_start(self):
+        path = system.deployment(self.folder, "planar-pair", robot=system.PRESETS / "planar" / "planar-pair.yaml",
+                                 teleoperation="{orientation: axis}")
+        answer = system.run("validate", path)
+        self.assertEqual(answer.returncode, 2, answer.stdout + answer.stderr)
+        self.assertIn("teleoperation.orientation: found axis with arm_a", answer.stderr)
+        self.assertIn("expected rank 2", answer.stderr)
 
     def test_a_device_that_dies_or_hangs_stops_the_robot(self):
         self.begin()
