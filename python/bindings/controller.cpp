@@ -12,7 +12,8 @@
 namespace tandem::python {
 namespace {
 
-/** Result of relative() or tip(), with arms by their names. */
+/** Result of relative(), tip(), joint_limits() or elastic_stability(), with arms by their names. Of soft tasks the
+ * position is [d, 0, 0]. */
 struct Target {
   planning::TaskKind kind = planning::TaskKind::kNone;
   std::string arm, other;
@@ -23,6 +24,16 @@ Eigen::Vector3d vector3(const py::object& object, const std::string& name) {
   if (object.is_none())
     return Eigen::Vector3d::Zero();
   return Rows(py::cast<Array>(object), 3, name)[0];
+}
+
+/// A soft task, which acts where the arm is nearer than a distance to what it keeps away from.
+Target softTarget(planning::TaskKind kind, const std::string& arm, double distance) {
+  return {kind, arm, "", {distance, 0.0, 0.0}, Eigen::Vector3d::Zero()};
+}
+
+std::string describe(const Target& target) {
+  const std::string task(kinematics::findTaskKind(target.kind)->description);
+  return task + " " + target.arm + (target.other.empty() ? "" : " and " + target.other);
 }
 
 /** Result of one step. */
@@ -82,6 +93,10 @@ class Controller {
     planning::TaskReference task;
     task.kind = target.kind;
     task.arm = robot_.indexOf(target.arm);
+    if (target.kind == planning::TaskKind::kElasticStability &&
+        !model_.models()[static_cast<std::size_t>(task.arm)]->canSnap())
+      throw py::value_error("targets: found elastic_stability of " + target.arm +
+                            ", whose model cannot lose it, expected a Controller with model='compliant'");
     task.other_arm = target.kind == planning::TaskKind::kRelativePosition ? robot_.indexOf(target.other) : 0;
     task.position = target.position;
     task.feed_forward = target.feed_forward;
@@ -115,7 +130,8 @@ void bindStep(py::module_& module) {
           "velocity", [](const Step& s) { return toArray(s.velocity); },
           "Joint velocities of all arms, m/s and rad/s; zero where status reports that none was found.")
       .def_readonly("status", &Step::status, "'solved', or the reason of the failure.")
-      .def_readonly("errors", &Step::errors, "Distance of each task from its target, m.")
+      .def_readonly("errors", &Step::errors,
+                    "Distance of each task from its target, m; of a soft task its cost C, m (stability times 0.05 m).")
       .def_readonly("scales", &Step::scales, "Scale of each task, chosen by the method, 0 to 1.")
       .def_readonly("residuals", &Step::residuals, "Part of each task that is not achieved, m/s.")
       .def_readonly("iterations", &Step::iterations, "Iterations of the QP solver; 0 for closed forms.")
@@ -177,12 +193,9 @@ control::MethodParameters parametersFrom(const Robot& robot, double period, cons
 
 void bindController(py::module_& module) {
   using namespace py::literals;
-  py::class_<Target>(module, "Target", "A task of a control step: relative() or tip().")
-      .def("__repr__", [](const Target& t) {
-        return t.kind == planning::TaskKind::kTipPosition
-                   ? "<tandem.Target tip of " + t.arm + ">"
-                   : "<tandem.Target tip of " + t.arm + " minus " + t.other + ">";
-      });
+  py::class_<Target>(module, "Target",
+                     "A task of a control step: relative(), tip(), joint_limits() or elastic_stability().")
+      .def("__repr__", [](const Target& t) { return "<tandem.Target " + describe(t) + ">"; });
   module.def(
       "relative",
       [](const std::string& arm, const std::string& other, const py::object& position, const py::object& feed) {
@@ -198,6 +211,26 @@ void bindController(py::module_& module) {
                       vector3(feed, "feed_forward")};
       },
       "arm"_a, "position"_a, "feed_forward"_a = py::none(), "Desired position of the tip of an arm, m, base frame.");
+  module.def(
+      "joint_limits",
+      [](const std::string& arm, double distance) {
+        if (!(distance > 0.0) || !std::isfinite(distance))
+          throw py::value_error("distance: found " + std::to_string(distance) + ", expected a finite number above 0");
+        return softTarget(planning::TaskKind::kJointLimits, arm, distance);
+      },
+      "arm"_a, "distance"_a,
+      "Soft task (docs/tasks.md): keeps the arm away from joint limits that are nearer than distance, m; of rotations "
+      "1 rad counts as 0.05 m.");
+  module.def(
+      "elastic_stability",
+      [](const std::string& arm, double above) {
+        if (!(above > 0.0 && above <= 1.0))
+          throw py::value_error("above: found " + std::to_string(above) + ", expected a number above 0, at most 1");
+        return softTarget(planning::TaskKind::kElasticStability, arm, above);
+      },
+      "arm"_a, "above"_a,
+      "Soft task (docs/tasks.md): keeps the elastic stability of the arm above this number, 0 to 1. For a Controller "
+      "with model='compliant'.");
   bindStep(module);
   module.attr("METHODS") = py::tuple(py::cast(control::methodNames()));
   py::class_<Controller>(module, "Controller", "Redundancy resolution: from joints and targets to joint velocities.")

@@ -148,6 +148,31 @@ class Loops(ModuleTest):
             self.assertEqual(iterations, run["iterations"], method)
             np.testing.assert_allclose(simulator.joints, run["joints"][-1], atol=1e-9)
 
+    def test_soft_tasks_lead_away_from_limits_and_from_instability(self):
+        limits = self.robot.arm("a").coupled_limits
+        elastic = self.robot.arm("a", model="compliant")
+        near_limit, near_snap = np.array(self.robot.home), np.array(self.robot.home)
+        near_limit[:3] = -0.101, -0.1, -0.06
+        near_snap[:6] = -0.39106, -0.280623, -0.187635, 0.453353, -2.739849, 0.507801
+        cases = ((tandem.joint_limits("a", 5e-3), "rigid", near_limit, lambda q: np.min(limits[1] - limits[0] @ q), 1e-3, 4e-3),
+                 (tandem.elastic_stability("a", 0.6), "compliant", near_snap, elastic.stability, 0.27, 0.5))
+        for soft, model, start, margin, before, after in cases:
+            for method in ("nspqp", "snsqp", "hqp"):
+                with self.subTest(soft=soft, method=method):
+                    simulator = tandem.Simulator(self.robot, start=start, model=model)
+                    controller = tandem.Controller(self.robot, method, model=model)
+                    tip = simulator.tips["arm_a"][:3, 3]
+                    self.assertAlmostEqual(margin(simulator.joints[:6]), before, delta=1e-3)
+                    for _ in range(100):
+                        step = controller.step(simulator.joints, [tandem.tip("a", tip), soft])
+                        self.assertEqual(step.status, "solved")
+                        simulator.step(step.velocity)
+                    self.assertGreater(margin(simulator.joints[:6]), after)
+                    self.assertLess(np.linalg.norm(simulator.tips["arm_a"][:3, 3] - tip), 1e-6)
+                    self.assertGreaterEqual(step.errors[1], 0.0)
+        self.assertEqual(repr(tandem.joint_limits("arm_a", 0.01)), "<tandem.Target joint limits of arm_a>")
+        self.assertEqual(repr(tandem.relative("a", "b", [0, 0, 0])), "<tandem.Target relative position of a and b>")
+
     def test_parameters_and_targets_that_are_wrong(self):
         home = self.robot.home
         controller = tandem.Controller(self.robot)
@@ -161,6 +186,11 @@ class Loops(ModuleTest):
                 (lambda: controller.step(home[:6], [tandem.tip("a", [0, 0, 0])]), ValueError, "q: found shape"),
                 (lambda: controller.step(home, [tandem.tip("c", [0, 0, 0])]), KeyError, "arm_a, arm_b"),
                 (lambda: controller.step(home, [tandem.tip("a", [0, np.inf, 0])]), ValueError, "not finite"),
+                (lambda: tandem.joint_limits("a", 0), ValueError, "distance: found 0.000000, expected a finite number above 0"),
+                (lambda: tandem.joint_limits("a", np.inf), ValueError, "distance: found inf"),
+                (lambda: tandem.elastic_stability("a", 1.5), ValueError, "above: found 1.500000, .* at most 1"),
+                (lambda: controller.step(home, [tandem.joint_limits("c", 0.01)]), KeyError, "arm_a, arm_b"),
+                (lambda: controller.step(home, [tandem.elastic_stability("a", 0.3)]), ValueError, "expected .*model='compliant'"),
                 (lambda: tandem.Simulator(self.robot).step(np.full(12, np.nan)), ValueError, "not finite"),
                 (lambda: tandem.Simulator(self.robot, start=np.full(12, 0.01)), ValueError, "limit|outside"),
                 (lambda: tandem.Trajectory.parse("tandem: trajectory/1\nname: x\nline: 3\n"), tandem.ConfigError, "text:"),

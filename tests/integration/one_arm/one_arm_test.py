@@ -84,6 +84,29 @@ class OneArm(system.SystemTest):
                 deviation = max(float(row["err_remote_centre_a"]) for row in csv.DictReader(rows))
             self.assertLess(deviation, 0.4e-3 if "hqp" in file.name else 0.1e-3, file.name)
 
+    def test_a_soft_task_keeps_neighbours_apart(self):
+        def gap(soft, *options):
+            """Least distance of neighbouring carriages, m; the rows of the run."""
+            experiment = yaml.safe_load((system.PRESETS / "experiments" / "one-arm.yaml").read_text())
+            experiment.update(robot=str(system.PRESETS / "robots" / "timc2024.yaml"), methods=["nspqp"])
+            for trajectory in experiment["trajectories"]:
+                trajectory["tasks"] += [{"joint_limits": {"arm": "a", "distance_mm": 40}}] if soft else []
+            run = self.file("soft.yaml", yaml.safe_dump(experiment, sort_keys=False))
+            answer = self.assert_ok(system.run("experiment", run, "-d", "lockstep-one-arm", "--only", "rectangle", "--csv", self.folder,
+                                               *options, timeout=120))
+            self.assertEqual("joint limits of a: mean 0." in answer.stdout, soft, answer.stdout)
+            path = self.folder / "rectangle-home-nspqp.csv"
+            with open(path, newline="", encoding="utf-8") as file:
+                rows = list(csv.DictReader(file))
+            self.assertEqual(rows[-1]["point"], "100")
+            self.assertLess(float(rows[-1]["err_a"]), 0.88e-3, "the tip goes where it goes without")
+            return min(float(row[f"beta_a{i + 1}"]) - float(row[f"beta_a{i}"]) for row in rows for i in (1, 2)), path.read_bytes()
+
+        self.assertLess(gap(False)[0], 15e-3)
+        apart, rows = gap(True)
+        self.assertGreater(apart, 25e-3)
+        self.assertEqual(rows, gap(True, "--offline")[1], "over DDS as in one process")
+
     def test_random_tasks(self):
         answer = self.assert_ok(system.run("montecarlo", "-d", "lockstep-one-arm", "--tasks", "20", "--methods", "nspqp,hqp",
                                            "--infeasible", "0", "--json"))
@@ -115,6 +138,10 @@ class OneArm(system.SystemTest):
         self.assertIn("finished: 20 points", answer.stdout)
         measured = float(re.search(r"error, remote centre of arm_a: .*maximum ([\d.]+) mm", answer.stdout)[1])
         self.assertAlmostEqual(1e3 * said, measured, delta=0.3, msg="the deviation said before and measured after, mm")
+        soft = self.file("soft.yaml", CIRCLE.replace("{tip: a}", "{tip: a}, {joint_limits: {arm: a, distance_mm: 40}}"))
+        answer = self.assert_ok(robot.robot("run", soft, timeout=60))
+        self.assertIn("finished: 40 points", answer.stdout)
+        self.assertIn("error, joint limits of arm_a: RMS 0.", answer.stdout)
         for answer in (robot.robot("run", "circle"), system.run("plan", "check", "circle", "--robot", "timc2024")):
             self.assertNotEqual(answer.returncode, 0)
             self.assertIn("found arm b, expected a, the only arm of this robot; write tasks: [{tip: a}]", answer.stderr)
