@@ -170,8 +170,9 @@ std::vector<SetupStep> limitSteps(const AxisConfig& axis) {
   const AxisUnits units(axis.gearing);
   const std::int64_t first = units.toCounts(axis.lower).value, second = units.toCounts(axis.upper).value;
   std::vector<SetupStep> steps{
-      canopen::write(objects::kLowerLimit, std::min(first, second), 4, "lower software limit"),
-      canopen::write(objects::kUpperLimit, std::max(first, second), 4, "upper software limit")};
+      // one count wider, as Cia402Driver writes them
+      canopen::write(objects::kLowerLimit, std::min(first, second) - 1, 4, "lower software limit"),
+      canopen::write(objects::kUpperLimit, std::max(first, second) + 1, 4, "upper software limit")};
   for (SetupStep& step : steps)
     step.protections = bit(Protection::kSoftwareLimits);
   return steps;
@@ -208,6 +209,7 @@ SheetCheck checkSheet(const canopen::Eds& sheet,
                                    return found != nullptr && found->has_value ? found->value : 0;
                                  }),
                                  axis.gearing);
+  check.refuses_counts = axis.checks_counts && check.counts;
   check.lost = judge.lost();
   check.missing = missingProtections(check.lost, axis.accepted);
   return check;

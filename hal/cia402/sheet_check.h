@@ -33,12 +33,13 @@ struct SheetCheck {
   std::vector<SheetFinding> findings;  ///< in the order of the setup, then the software limits
   /// Counts per revolution of the motor that the default values state, where the hardware file has others.
   std::optional<double> counts;
+  bool refuses_counts = false;  ///< the HAL refuses a drive that states these
   ProtectionMask lost = 0;
   std::vector<ProtectionMask> missing;  ///< sets of protections of which the axis needs one (leastProtections())
 
   /// No access is refused; `missing` may still have sets.
   bool accessible() const;
-  /// The HAL boots a drive that is as its data sheet says.
+  /// The HAL boots a drive that is as its data sheet says, apart from counts (refuses_counts), which may be set in it.
   bool boots() const { return accessible() && missing.empty(); }
 };
 
