@@ -127,7 +127,7 @@ const scenes = {
     await robot.moves("after the pause");
     await me.press("#pause");
     await robot.states("PAUSED");
-    await me.text("#progress", /waits for the PAUSED arms/);
+    await me.text("#progress", /waits for PAUSED arms/);
     await robot.stands("paused arms", monotonic());
     assert.match(
       await me.page.getAttribute("#resume", "title"),

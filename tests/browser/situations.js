@@ -99,7 +99,7 @@ module.exports = ({ robot, me, server, setting, takeControl, enable, run, open }
       frozen(
         setting.pids.planning,
         async () => {
-          await me().text("#progress", /not known: planning's last data is .* old .* then running/);
+          await me().text("#progress", /not known for .* then running/);
           await me().text("#link", /NO DATA FROM PLANNING/);
           assert.match((await page().getAttribute("#run-pause", "title")) ?? "", /Planning does not answer/);
           said(await stops(esc));

@@ -182,18 +182,15 @@ export class Run implements Panel {
     const plan = world.plan();
     if (!plan) return "not known";
     if (plan.trajectory_id === 0) return "no trajectory yet";
-    const waits = plan.phase === Phase.running && world.paused();
-    const phase = waits ? "waits for the PAUSED arms" : nameOf("Phase", plan.phase);
     const silent = replayed === "" ? world.planningSilent(now) : "";
-    return [
-      silent === "" ? "" : `not known: planning's last data is ${silent}`,
-      world.trajectoryName(),
-      silent === "" ? phase : `then ${phase}`,
-      `point ${plan.point} of ${plan.point_count}`,
-      `${plan.total_iterations} steps`,
-    ]
-      .filter((part) => part !== "")
-      .join(" · ");
+    const phase = nameOf("Phase", plan.phase);
+    const waits = plan.phase === Phase.running && world.paused();
+    // One line holds them all; the name, which may be of any length, is last.
+    const parts =
+      silent === ""
+        ? [waits ? "waits for PAUSED arms" : phase, `point ${plan.point} of ${plan.point_count}`]
+        : [`not known for ${silent}`, `then ${phase}`];
+    return [...parts, world.trajectoryName()].filter((part) => part !== "").join(" · ");
   }
 
   update(now: number): void {
@@ -201,7 +198,9 @@ export class Run implements Panel {
     const status = this.c.world.controlStatus();
     const share = plan && plan.point_count > 0 ? plan.point / plan.point_count : 0;
     setAttribute(this.bar, "value", share.toFixed(3));
-    setText(this.progress, this.progressText(now));
+    const progress = this.progressText(now);
+    setText(this.progress, progress);
+    setAttribute(this.progress, "title", progress);
     setText(this.errors, status ? describeErrors(status, plan) : "");
     const limits = status ? limitsInTheWay(status, this.c.robot.arms) : "";
     setText(this.limits, limits);
