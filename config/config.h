@@ -219,7 +219,8 @@ struct Deployment {
   double relative_gain = 5.0;            ///< lambda_AB, 1/s
   double tip_gain = 3.0;                 ///< lambda_A, 1/s
   std::string model = "rigid";           ///< kinematic model of control and planning: "rigid" or "compliant"
-  planning::Feedback feedback = planning::Feedback::kModel;
+  planning::Feedback feedback = planning::Feedback::kModel;              ///< of tip positions
+  planning::Feedback orientation_feedback = planning::Feedback::kModel;  ///< of tip orientations
   std::optional<kinematics::Port> port;  ///< common port of the arms; its clearance is published and limits plans
   sim::PlantOptions plant;               ///< of the simulated robot
   Teleoperation teleoperation;

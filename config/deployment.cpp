@@ -143,6 +143,10 @@ void checkTiming(const Map& map, const Deployment& deployment) {
 
 void readFeedback(const Map& map, Deployment& deployment) {
   deployment.plant = readPlant(map.map("plant"), [&] { return loadAnyRobot(deployment.robot); });
+  if (deployment.orientation_feedback == planning::Feedback::kSensor &&
+      deployment.feedback != planning::Feedback::kSensor)
+    map.fail("orientation_feedback",
+             "found orientation_feedback: sensor with feedback: model, expected feedback: sensor, too");
   const bool needs_tracker =
       deployment.clock == ClockMode::kLockStep && deployment.feedback == planning::Feedback::kSensor;
   if (needs_tracker && !deployment.plant.tracker.present) {

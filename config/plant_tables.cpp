@@ -110,6 +110,10 @@ const Mapping& trackerTable() {
                  &T::delay_variation)
               .within(0, kLongestDelay),
           number("bias", kLength, "[x, y, z], constant error of positions, robot base frame", &T::bias).vector3(),
+          number("rotation_bias", kAngle,
+                 "[x, y, z], constant error of orientations: rotation vector, robot base frame", &T::rotation_bias)
+              .vector3(),
+          flag("orientations", "false: the tracker measures positions alone", &T::orientations),
           number("distortion", kLength, "largest error per axis that depends smoothly on the position", &T::distortion)
               .within(0, kLongestWay),
           positive("distortion_period", kLength, "spatial period of the distortion", &T::distortion_period),

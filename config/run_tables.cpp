@@ -334,8 +334,12 @@ const Mapping& deploymentTable() {
           relativeGain<D>(),
           tipGain<D>(),
           text("model", "kinematic model that control and planning use", &D::model).oneOf({"rigid", "compliant"}),
-          text("feedback", "source of tip poses for errors: the model, or a tip tracker on sensing/tips",
+          text("feedback", "source of tip positions for errors: the model, or a tip tracker on sensing/tips",
                allOf<Feedback>(), &D::feedback),
+          text("orientation_feedback",
+               "source of tip orientations for errors of axes, orientations, views and poses; `sensor` needs feedback: "
+               "sensor, and a tracker that measures orientations",
+               allOf<Feedback>(), &D::orientation_feedback),
           mapping("port", kPortTable,
                   "the port through which the arms enter: control publishes clearances to it, planning avoids it",
                   &D::port)

@@ -57,10 +57,11 @@ class Controller {
   bool sensor() const { return options_.feedback == planning::Feedback::kSensor; }
   bool tooOld(const SimulatedRobot& plant, const planning::Reference& reference) const {
     bool old = false;
-    planning::forEachArm(reference, [&](int k) {
-      const auto& tip = plant.measuredTips().arm[static_cast<std::size_t>(k)];
-      const double age = 1e-9 * static_cast<double>(plant.time() - tip.stamp);
-      old = old || !tip.known || age > options_.budgets.tipAge(options_.control_period);
+    planning::forEachArm(reference, [&](int k, bool with_orientation) {
+      const double age = planning::measuredAge(plant.measuredTips(), k, with_orientation, [&](const auto& origin) {
+        return 1e-9 * static_cast<double>(plant.time() - origin.stamp);
+      });
+      old = old || age > options_.budgets.tipAge(options_.control_period);
     });
     return old;
   }
@@ -73,11 +74,9 @@ class Controller {
 }  // namespace
 
 LoopOptions loopOptions(const config::Deployment& deployment, const config::Experiment& experiment) {
-  return {deployment.control_period,
-          {experiment.relative_gain, experiment.tip_gain},
-          deployment.feedback,
-          deployment.plant,
-          deployment.budgets};
+  return {deployment.control_period, {experiment.relative_gain, experiment.tip_gain},
+          deployment.feedback,       deployment.orientation_feedback,
+          deployment.plant,          deployment.budgets};
 }
 
 std::vector<RunPlan> plan(const config::Experiment& experiment) {
@@ -129,6 +128,8 @@ planning::Progress runLoop(const config::Robot& robot,
                            const std::function<void(const LoopView&)>& after) {
   if (options.feedback == planning::Feedback::kSensor && !options.plant.tracker.present)
     throw std::invalid_argument("found feedback: sensor without a simulated tip tracker, expected plant.tracker");
+  if (options.orientation_feedback == planning::Feedback::kSensor && options.feedback != planning::Feedback::kSensor)
+    throw std::invalid_argument("found orientation_feedback: sensor with feedback: model, expected feedback: sensor");
   if (const std::string wrong = plan.trajectory.wrongArms(model.armCount()); !wrong.empty())
     throw std::invalid_argument("trajectory " + plan.trajectory.name + ": " + wrong);
   if (const std::string wrong = plan.trajectory.wrongModels(model.models()); !wrong.empty())

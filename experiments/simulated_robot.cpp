@@ -46,6 +46,7 @@ SimulatedRobot::SimulatedRobot(const config::Robot& robot,
           ": the simulated arm does not enable at the start joints; check that they are inside its limits");
   }
   updateTips();
+  measured_.orientations = options.orientation_feedback;
   if (options.plant.tracker.present) {
     tracker_.emplace(model_.armCount(), options.plant.tracker, options.plant.seed);
     tracker_->restart(tips_, time_, drives_.answersCommand());
@@ -110,7 +111,7 @@ void SimulatedRobot::listen() {
   const sim::TipMeasurement& latest = tracker_->latest();
   for (int k = 0; k < model_.armCount(); ++k) {
     const auto i = static_cast<std::size_t>(k);
-    measured_.take(k, latest.valid[i], latest.position[i], latest.stamp, latest.mark);
+    measured_.take(k, latest.valid[i], latest.position[i], latest.orientation[i], latest.stamp, latest.mark);
   }
 }
 

@@ -16,7 +16,7 @@ namespace tandem::experiments {
 struct LoopOptions {
   double control_period = 0.1;  ///< T, s
   planning::Gains gains;
-  planning::Feedback feedback = planning::Feedback::kModel;
+  planning::Feedback feedback = planning::Feedback::kModel, orientation_feedback = planning::Feedback::kModel;
   sim::PlantOptions plant;
   safety::Budgets budgets;
 };

@@ -139,8 +139,8 @@ Eigen::Quaterniond tipOrientation(const TipPoses& message, int arm) noexcept {
 
 void takeTips(const TipPoses& message, planning::MeasuredTips& tips) noexcept {
   for (int k = 0; k < std::min<int>(message.arm_count, safety::kMaxArms); ++k) {
-    tips.take(k, message.valid[static_cast<std::size_t>(k)] != 0, tipPosition(message, k), message.stamp,
-              message.answers_command);
+    tips.take(k, message.valid[static_cast<std::size_t>(k)] != 0, tipPosition(message, k), tipOrientation(message, k),
+              message.stamp, message.answers_command);
   }
 }
 

@@ -17,7 +17,7 @@ TaskLoop::TaskLoop(const ControlSetup& setup,
       tracker_(std::move(tracker)),
       object_control_(object_control),
       sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
-      tips_(setup.lockStep(), setup.deployment.budgets.tipAge(setup.period())) {}
+      tips_(setup.lockStep(), setup.deployment.budgets.tipAge(setup.period()), setup.deployment.orientation_feedback) {}
 
 void TaskLoop::restart() noexcept {
   tracker_->restart();

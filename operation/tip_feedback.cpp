@@ -7,6 +7,13 @@
 #include "safety/limits.h"
 
 namespace tandem::operation {
+namespace {
+
+bool hasOrientation(const msg::TipPoses& message, int arm) noexcept {
+  return planning::MeasuredTips::isOrientation(msg::tipOrientation(message, arm));
+}
+
+}  // namespace
 
 void TipFeedback::take(const msg::TipPoses& message) noexcept {
   if (message.state_session != last_.state_session)
@@ -27,19 +34,22 @@ msg::HoldReason TipFeedback::check(const planning::Reference& tasks,
   using msg::HoldReason;
   HoldReason reason = HoldReason::kNone;
   age_ = 0.0;
-  planning::forEachArm(tasks, [&](int k) {
+  planning::forEachArm(tasks, [&](int k, bool with_orientation) {
     if (k < 0 || k >= state.arm_count)
       return;  // the tracker refuses such a task
-    const auto i = static_cast<std::size_t>(k);
-    const planning::MeasuredTips::Entry& tip = tips_.arm[i];
-    double age = safety::kUnlimited;
-    if (tip.known)
-      age = lock_step_ ? 1e-9 * static_cast<double>(state.stamp - tip.stamp) : commands.age(tip.answers_command, now);
+    const double age =
+        planning::measuredAge(tips_, k, with_orientation, [&](const planning::MeasuredTips::Origin& origin) {
+          return lock_step_ ? 1e-9 * static_cast<double>(state.stamp - origin.stamp)
+                            : commands.age(origin.answers_command, now);
+        });
     age_ = std::max(age_, age);
     if (age <= budget_)
       return;
-    const bool invalid = last_.arm_count > k && last_.valid[i] == 0;
-    reason = invalid ? HoldReason::kInvalidTips : tip.known ? HoldReason::kStaleTips : HoldReason::kNoTips;
+    const auto i = static_cast<std::size_t>(k);
+    const bool oriented = with_orientation && tips_.useOrientations();
+    const bool invalid = last_.arm_count > k && (last_.valid[i] == 0 || (oriented && !hasOrientation(last_, k)));
+    const bool known = tips_.arm[i].known && (!oriented || tips_.arm[i].oriented.known);
+    reason = invalid ? HoldReason::kInvalidTips : known ? HoldReason::kStaleTips : HoldReason::kNoTips;
   });
   return reason;
 }

@@ -9,13 +9,19 @@
 
 namespace tandem::operation {
 
-/** Checks the measurements of sensing/tips. The age of a measurement is the age, on our own clock, of the newest of our
- * commands that the robot had executed at its time; in lock-step, the simulated time since then. A tip that drops out
- * stays valid until it is too old; then the trajectory is held. Nothing allocates. */
+/** Checks the measurements of sensing/tips: positions, and orientations if tasks use them. A measurement that is marked
+ * invalid, not finite, or an orientation that is not of unit norm, counts as none. The age of a measurement is the age,
+ * on our own clock, of the newest of our commands that the robot had executed at its time; in lock-step, the simulated
+ * time since then. A tip that drops out stays valid until it is too old; then the trajectory is held. Nothing
+ * allocates. */
 class TipFeedback {
  public:
   /// @param budget  largest age of a measurement, s
-  TipFeedback(bool lock_step, double budget) : lock_step_(lock_step), budget_(budget) {}
+  /// @param orientations  whether tasks use measured orientations or the model's
+  TipFeedback(bool lock_step, double budget, planning::Feedback orientations = planning::Feedback::kModel)
+      : lock_step_(lock_step), budget_(budget) {
+    tips_.orientations = orientations;
+  }
 
   void take(const msg::TipPoses& message) noexcept;
   /// The joints were reset, or the robot is another one: older measurements are invalid.

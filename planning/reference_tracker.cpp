@@ -81,7 +81,11 @@ TrackStatus ReferenceTracker::setTask(const TaskReference& wanted,
     return TrackStatus::kReference;
   if (kind->soft())
     return setSoftTask(wanted, *kind, task, error);
-  if (measured && !(measured->arm[wanted.arm].known && (!relative || measured->arm[wanted.other_arm].known)))
+  const auto missing = [&](int arm) {
+    const MeasuredTips::Entry& tip = measured->arm[arm];
+    return !tip.known || (kind->needsOrientation() && measured->useOrientations() && !tip.oriented.known);
+  };
+  if (measured && (missing(wanted.arm) || (relative && missing(wanted.other_arm))))
     return TrackStatus::kSensor;
 
   const auto pose_of = [&](int arm) { return measuredPose(result.tip[arm].pose, measured, arm); };

@@ -79,8 +79,8 @@ class ReferenceTracker {
   /// Tips, errors and joint velocities.
   /// @param q  measured joints, all arms stacked: tips are computed from them
   /// @param setpoint  joints from which the velocities are integrated: limits refer to them
-  /// @param measured  fresh positions of tips for the errors; nullptr: the model's. Orientations are always the
-  /// model's.
+  /// @param measured  fresh positions of tips for the errors, and orientations if it says so; nullptr: the model's.
+  /// Jacobians are always the model's.
   void step(const safety::RobotVector& q,
             const safety::RobotVector& setpoint,
             const Reference& reference,

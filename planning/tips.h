@@ -2,9 +2,10 @@
 /** @file Sources of tip poses: the kinematic model, followed along the joint path, or a tip tracker. */
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <string_view>
@@ -84,41 +85,91 @@ class TipFollower {
   mutable kinematics::ShaftSearch search_;  ///< memory of shaftPoint()
 };
 
-/** The last valid measurement of each tip; it stays valid while newer ones are invalid, until it is too old. */
+/** The last valid measurement of each tip; it stays valid while newer ones are invalid, until it is too old. Positions
+ * and orientations are valid or not by themselves: a tracker with five degrees of freedom measures no orientation. */
 struct MeasuredTips {
-  struct Entry {
-    bool known = false;                                  ///< at least one valid measurement
-    Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, robot base frame
-    std::int64_t stamp = 0;                              ///< measurement time on the sender's clock, ns
-    std::uint64_t answers_command = 0;                   ///< last command that the robot had executed then
+  /** When a quantity was measured. */
+  struct Origin {
+    bool known = false;                 ///< at least one valid measurement
+    std::int64_t stamp = 0;             ///< measurement time on the sender's clock, ns
+    std::uint64_t answers_command = 0;  ///< last command that the robot had executed then
+  };
+  struct Entry : Origin {                                             ///< of the position
+    Eigen::Vector3d position = Eigen::Vector3d::Zero();               ///< m, robot base frame
+    Origin oriented;                                                  ///< of the orientation
+    Eigen::Quaterniond orientation = Eigen::Quaterniond::Identity();  ///< unit, robot base frame <- tip
   };
   std::array<Entry, safety::kMaxArms> arm;
+  /// Whether tasks use measured orientations (`orientation_feedback: sensor`) or the model's.
+  Feedback orientations = Feedback::kModel;
 
-  /// Takes a measurement of one arm. An invalid or not finite one changes nothing.
+  bool useOrientations() const noexcept { return orientations == Feedback::kSensor; }
+  /// Takes the measurement of a position. An invalid or not finite one changes nothing.
   void take(int k, bool valid, const Eigen::Vector3d& position, std::int64_t stamp, std::uint64_t answers) noexcept {
-    if (valid && position.allFinite())
-      arm[static_cast<std::size_t>(k)] = {true, position, stamp, answers};
+    Entry& entry = arm[static_cast<std::size_t>(k)];
+    if (!valid || !position.allFinite())
+      return;
+    static_cast<Origin&>(entry) = {true, stamp, answers};
+    entry.position = position;
+  }
+  /// Takes the measurement of a pose. An orientation that is not finite or not of unit norm changes nothing.
+  void take(int k,
+            bool valid,
+            const Eigen::Vector3d& position,
+            const Eigen::Quaterniond& orientation,
+            std::int64_t stamp,
+            std::uint64_t answers) noexcept {
+    take(k, valid, position, stamp, answers);
+    if (!valid || !isOrientation(orientation))
+      return;
+    Entry& entry = arm[static_cast<std::size_t>(k)];
+    entry.oriented = {true, stamp, answers};
+    entry.orientation = orientation.normalized();
   }
   void forget() noexcept { arm.fill({}); }
+
+  /// Whether a tracker has given an orientation: finite, of unit norm to 1e-3.
+  static bool isOrientation(const Eigen::Quaterniond& orientation) noexcept {
+    constexpr double kRounding = 1e-3;  // trackers send float or decimal numbers
+    return std::abs(orientation.norm() - 1.0) < kRounding;
+  }
 };
 
-/// The pose of a tip: the model's, with the measured position if there is one. @param measured  null: the model's
+/// The pose of a tip: the model's, with the measured position if there is one, and the measured orientation if tasks
+/// use it and there is one. @param measured  null: the model's
 inline Eigen::Isometry3d measuredPose(const Eigen::Isometry3d& model, const MeasuredTips* measured, int arm) noexcept {
   Eigen::Isometry3d pose = model;
-  if (measured)
-    pose.translation() = measured->arm[static_cast<std::size_t>(arm)].position;
+  if (measured == nullptr)
+    return pose;
+  const MeasuredTips::Entry& tip = measured->arm[static_cast<std::size_t>(arm)];
+  pose.translation() = tip.position;
+  if (measured->useOrientations() && tip.oriented.known)
+    pose.linear() = tip.orientation.toRotationMatrix();
   return pose;
 }
 
-/// Calls f(arm) for every arm in the tasks, possibly more than once, and also for arms that do not exist.
+/// Calls f(arm, with_orientation) for every arm in the tasks, possibly more than once, and also for arms that do not
+/// exist. @tparam F  void(int, bool); the second: whether the task needs the orientation of the tip
 template <class F>
 void forEachArm(const Reference& tasks, F f) {
   for (int t = 0; t < std::min(tasks.task_count, kMaxTasks); ++t) {
     const TaskReference& task = tasks.tasks[static_cast<std::size_t>(t)];
-    f(task.arm);
-    if (const auto* kind = kinematics::findTaskKind(task.kind); kind != nullptr && kind->relative())
-      f(task.other_arm);
+    const auto* kind = kinematics::findTaskKind(task.kind);
+    const bool with_orientation = kind != nullptr && kind->needsOrientation();
+    f(task.arm, with_orientation);
+    if (kind != nullptr && kind->relative())
+      f(task.other_arm, with_orientation);
   }
+}
+
+/// Age of the oldest measurement in use of an arm's tip, by `age_of`(origin); infinite without one.
+template <class F>
+double measuredAge(const MeasuredTips& tips, int arm, bool with_orientation, F age_of) {
+  const MeasuredTips::Entry& tip = tips.arm[static_cast<std::size_t>(arm)];
+  const auto age = [&](const MeasuredTips::Origin& origin) {
+    return origin.known ? static_cast<double>(age_of(origin)) : safety::kUnlimited;
+  };
+  return with_orientation && tips.useOrientations() ? std::max(age(tip), age(tip.oriented)) : age(tip);
 }
 
 }  // namespace tandem::planning

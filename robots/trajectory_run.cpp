@@ -12,10 +12,17 @@ namespace tandem::robots {
 
 /// Whether the poses of the tips of all arms of the trajectory are known.
 bool TrajectoryRun::known(const planning::TrajectorySpec& spec, const Measured& now) const {
-  return tips_.status() == kinematics::ModelStatus::kOk && std::ranges::all_of(spec.arms(), [&](int arm) {
-           const auto k = static_cast<std::size_t>(arm);
-           return now.valid[k] && (!now.tips || now.tips->arm[k].known);
-         });
+  const bool positions =
+      tips_.status() == kinematics::ModelStatus::kOk && std::ranges::all_of(spec.arms(), [&](int arm) {
+        const auto k = static_cast<std::size_t>(arm);
+        return now.valid[k] && (!now.tips || now.tips->arm[k].known);
+      });
+  const auto oriented = [&](int arm) { return now.tips->arm[static_cast<std::size_t>(arm)].oriented.known; };
+  return positions && (!now.tips || !now.tips->useOrientations() ||
+                       std::ranges::all_of(spec.further, [&](const planning::FurtherTask& task) {
+                         return !kinematics::findTaskKind(task.kind)->needsOrientation() ||
+                                (oriented(task.arm) && (!task.relative() || oriented(task.other_arm)));
+                       }));
 }
 
 std::string TrajectoryRun::start(const std::string& text,

@@ -69,8 +69,11 @@ struct TipTrackerOptions {
   double drop_out = 0.0;         ///< probability that a measurement of one arm is marked invalid
   double delay_variation = 0.0;  ///< largest addition to the delay, uniformly distributed, s; arrival keeps the order
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();  ///< constant error of positions, m, robot base frame
-  double distortion = 0.0;                         ///< largest error per axis that depends smoothly on the position, m
-  double distortion_period = 0.2;                  ///< spatial period of this error, m
+  /// constant error of orientations, rad: rotation vector in the robot base frame, applied after the true orientation
+  Eigen::Vector3d rotation_bias = Eigen::Vector3d::Zero();
+  bool orientations = true;        ///< false: a tracker that measures positions alone
+  double distortion = 0.0;         ///< largest error per axis that depends smoothly on the position, m
+  double distortion_period = 0.2;  ///< spatial period of this error, m
 };
 
 /** Plant of a deployment. */

@@ -17,6 +17,7 @@ constexpr double kDue = 1e-6;
 
 TipTracker::TipTracker(int arm_count, const TipTrackerOptions& options, std::uint64_t seed)
     : options_(options),
+      rotation_bias_(kinematics::rotationBy(options.rotation_bias)),
       arm_count_(arm_count),
       random_(seed, Noise::kTracker, 0),
       delays_(seed, Noise::kTrackerDelay, 0) {
@@ -72,7 +73,9 @@ void TipTracker::measure(const PlantTips& tips,
     const bool dropped = random_.uniform() < drop_out;
     m.valid[i] = tips.valid(k) && !dropped;
     m.position[i] = tips.pose(k).translation() + options_.bias + distortion(tips.pose(k).translation()) + shift;
-    m.orientation[i] = kinematics::rotationBy(turn) * Eigen::Quaterniond(tips.pose(k).linear());
+    m.orientation[i] = Eigen::Quaterniond(0.0, 0.0, 0.0, 0.0);
+    if (options_.orientations)
+      m.orientation[i] = kinematics::rotationBy(turn) * rotation_bias_ * Eigen::Quaterniond(tips.pose(k).linear());
   }
 }
 

@@ -18,14 +18,15 @@ struct TipMeasurement {
   std::int64_t stamp = 0;      ///< time of the measurement, ns on the caller's clock
   std::uint64_t mark = 0;      ///< value of the caller for that time
   std::array<bool, safety::kMaxArms> valid{};
-  std::array<Eigen::Vector3d, safety::kMaxArms> position;        ///< m, robot base frame
-  std::array<Eigen::Quaterniond, safety::kMaxArms> orientation;  ///< robot base frame <- tool tip frame
+  std::array<Eigen::Vector3d, safety::kMaxArms> position;  ///< m, robot base frame
+  /// robot base frame <- tool tip frame; zero from a tracker without orientations
+  std::array<Eigen::Quaterniond, safety::kMaxArms> orientation;
 };
 
 /** Tip tracker.
  *
- * A measured position is p + bias + d(p) + noise. The distortion d depends smoothly on the position, as that of an
- * electromagnetic tracker near metal:
+ * A measured position is p + bias + d(p) + noise, a measured orientation noise * bias * R. The distortion d depends
+ * smoothly on the position, as that of an electromagnetic tracker near metal:
  *
  *   d_x(p) = D (sin(k p_y + a_x) + sin(k p_z + b_x)) / 2,   k = 2 pi / period,
  *
@@ -61,6 +62,7 @@ class TipTracker {
   };
 
   TipTrackerOptions options_;
+  Eigen::Quaterniond rotation_bias_;
   int arm_count_;
   RandomStream random_, delays_;
   Eigen::Matrix<double, 3, 2> phase_;

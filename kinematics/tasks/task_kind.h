@@ -67,6 +67,10 @@ struct TaskKindEntry {
   /// The place is a scalar: TaskPlace::position.x() is C of an Avoidance; of a wanted place it is d.
   bool soft() const noexcept { return point == TaskPoint::kJointLimits || point == TaskPoint::kStability; }
   bool hasOrientation() const noexcept { return part != TaskPart::kPosition; }
+  /// The error depends on the orientation of the tips, also where only a position is wanted (the target of a view).
+  bool needsOrientation() const noexcept {
+    return point == TaskPoint::kTip && (hasOrientation() || kind == idl::TaskKind::kLookAt);
+  }
   /// Metres per unit of the residual.
   double length() const noexcept { return unit == TaskUnit::kMetre ? 1.0 : kLengthPerRadian; }
   /// |e| of a place, m or rad.

@@ -222,6 +222,7 @@ void CrtkPublisher::publishDiagnostics(const Snapshot& snapshot, const runtime::
   const std::string foreign = method == control::Method::kForeign ? "; method " + method_text : "";
   runtime::Details values{{"model", std::string(idl::name(robot_.kind()))},
                           {"feedback", std::string(planning::name(setup_.deployment.feedback))},
+                          {"orientation_feedback", std::string(planning::name(setup_.deployment.orientation_feedback))},
                           {runtime::kMethodKey, method_text},
                           {"cycles", std::to_string(status.cycles)},
                           {"overruns", std::to_string(status.overruns)},

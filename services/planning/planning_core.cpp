@@ -33,7 +33,9 @@ PlanningCore::PlanningCore(const runtime::Setup& setup)
       sensor_(setup.deployment.feedback == planning::Feedback::kSensor),
       run_(robots::makeRun(setup.robot, robot_, setup.deployment.control_period)),
       trajectory_id_(static_cast<std::uint32_t>(runtime::randomIdentity())),
-      recorder_(setup.robot) {}
+      recorder_(setup.robot) {
+  sensor_tips_.orientations = setup.deployment.orientation_feedback;
+}
 
 bool PlanningCore::active() const {
   const planning::Phase phase = run_->progress().phase;

@@ -158,17 +158,17 @@ void setParameters(const MonteCarloCommand& options, control::MethodParameters& 
 }
 
 ex::LoopOptions loopOf(const MonteCarloCommand& options, const config::Deployment& deployment) {
-  ex::LoopOptions loop{deployment.control_period,
-                       {deployment.relative_gain, deployment.tip_gain},
-                       deployment.feedback,
-                       deployment.plant,
-                       deployment.budgets};
+  ex::LoopOptions loop{deployment.control_period, {deployment.relative_gain, deployment.tip_gain},
+                       deployment.feedback,       deployment.orientation_feedback,
+                       deployment.plant,          deployment.budgets};
   if (!options.plant.empty())
     loop.plant.model = options.plant;
   const auto feedback = idl::fromName<planning::Feedback>(options.feedback);
   if (!feedback)
     throw Failure(kUsage, "--feedback: found '" + options.feedback + "', expected model or sensor");
   loop.feedback = *feedback;
+  if (loop.feedback == planning::Feedback::kModel)
+    loop.orientation_feedback = planning::Feedback::kModel;
   return loop;
 }
 

@@ -68,6 +68,8 @@ void expectPlant(const sim::PlantOptions& plant) {
   EXPECT_EQ(plant.tracker.drop_out, 0.125);
   EXPECT_EQ(plant.tracker.delay_variation, 0.005);
   EXPECT_EQ(plant.tracker.bias, Eigen::Vector3d(1e-3, -2e-3, 0.0));
+  EXPECT_EQ(plant.tracker.rotation_bias, Eigen::Vector3d(0.01, 0.0, -0.02));
+  EXPECT_FALSE(plant.tracker.orientations);
   EXPECT_DOUBLE_EQ(plant.tracker.distortion, 0.4e-3);
   EXPECT_DOUBLE_EQ(plant.tracker.distortion_period, 0.15);
 }
@@ -109,6 +111,7 @@ relative_gain_per_s: 4
 tip_gain_per_s: 2
 model: compliant
 feedback: sensor
+orientation_feedback: sensor
 plant:
   model: compliant
   seed: 9
@@ -123,7 +126,7 @@ plant:
   tip_forces:
     - {arm: arm_a, force_N: [0.1, 0, -0.2]}
   tracker: {rate_Hz: 60, position_noise_mm: 0.3, rotation_noise_rad: 0.01, delay_ms: 30, drop_out: 0.125, delay_variation_ms: 5, bias_mm: [1, -2, 0],
-            distortion_mm: 0.4, distortion_period_mm: 150}
+            rotation_bias_rad: [0.01, 0, -0.02], orientations: false, distortion_mm: 0.4, distortion_period_mm: 150}
 processes:
   - {name: sim, executable: /opt/sim, arguments: [--quiet, "7"], service: false, essential: false}
 black_box: {before_s: 20, after_ms: 1500, memory_mb: 64, directory: box, files: 3, topics: ["control/*", stop]}
@@ -264,6 +267,7 @@ least_clearance_mm: -0.2
   EXPECT_EQ(d.budgets.clearance, 0.08);
   EXPECT_EQ(d.model, "compliant");
   EXPECT_EQ(d.feedback, planning::Feedback::kSensor);
+  EXPECT_EQ(d.orientation_feedback, planning::Feedback::kSensor);
   expectPlant(d.plant);
   ASSERT_EQ(d.warnings.size(), 1u);
   EXPECT_NE(d.warnings[0].find("25:12: budgets.lease_s: found 1.5 s, expected at most the default of 1 s"),
@@ -301,6 +305,8 @@ TEST(Deployment, Refusals) {
       {"method: nspqp", "method: nspqp\nplant: {tube_errors: [{arm: arm_a, tube: 4}]}", "4}]}", 0,
        "plant.tube_errors[0].tube", "found 4, expected 1 to 3"},
       {"clock: real_time", "clock: lock_step\nfeedback: sensor", "sensor", 0, "feedback", "expected plant.tracker"},
+      {"method: nspqp", "method: nspqp\norientation_feedback: sensor", "sensor", 0, "orientation_feedback",
+       "found orientation_feedback: sensor with feedback: model, expected feedback: sensor, too"},
       {"method: nspqp", "method: nspqp\nconsole: {address: 0.0.0.0, operator_token: t}", "0.0.0.0", 0,
        "console.address", "found 0.0.0.0, which other machines reach, without TLS; expected certificate and key"},
       {"method: nspqp", "method: nspqp\nconsole: {address: 10.0.0.1, certificate: c, key: k}", "10.0.0.1", 0,

@@ -103,9 +103,52 @@ TEST_F(CompliantPlant, TooManyDropOutsHoldTheArms) {
   EXPECT_EQ(rows[50].data.scale[0], 0.0);
 }
 
+TEST_F(CompliantPlant, MeasuredOrientationsCorrectTheErrorOfTheModel) {
+  useOverlap();
+  experiments::RunPlan kept = plan("rectangle-2-nspqp");
+  planning::FurtherTask axis;  // before the others, so that it can be reached
+  constexpr double kDegree = 0.0174533;
+  axis.kind = planning::TaskKind::kTipAxis;
+  axis.tolerance = 0.2 * kDegree;
+  kept.trajectory.further.push_back(axis);
+  experiments::LoopOptions options = of("lockstep-compliant-sensor");
+  const auto error = [&] {
+    const auto summary = experiments::runOffline(robot, rigid, kept, options).summary();
+    EXPECT_EQ(summary.failure, "");
+    return summary.further.at(0).errors;
+  };
+  EXPECT_GT(error().rms, 4.0 * kDegree) << "the rigid model is off, and its axis is where it should be";
+  options.orientation_feedback = planning::Feedback::kSensor;
+  EXPECT_LT(error().rms, 0.25 * kDegree);
+  options.plant.tracker.rotation_noise = 0.05 * kDegree;
+  EXPECT_LT(error().rms, 0.4 * kDegree);
+  options.plant.tracker.rotation_noise = 0.0;
+  options.plant.tracker.rotation_bias = {2.0 * kDegree, 0.0, 0.0};
+  const double biased = error().rms;
+  EXPECT_GT(biased, 1.0 * kDegree) << "what the tracker does not see, nobody corrects";
+  EXPECT_LT(biased, 2.2 * kDegree);
+}
+
+TEST_F(CompliantPlant, ATrackerWithoutOrientationsHoldsTheArmsWhoseTasksNeedThem) {
+  experiments::LoopOptions options = of("lockstep-compliant-sensor");
+  options.orientation_feedback = planning::Feedback::kSensor;
+  options.plant.tracker.orientations = false;
+  EXPECT_EQ(run("rectangle-2-nspqp", options, rigid).converged, 100) << "positions need none";
+  experiments::RunPlan kept = plan("rectangle-2-nspqp");
+  planning::FurtherTask axis;
+  axis.kind = planning::TaskKind::kTipAxis;
+  kept.trajectory.further.push_back(axis);
+  const auto record = experiments::runOffline(robot, rigid, kept, options);
+  ASSERT_GT(record.rows().size(), 10u);
+  EXPECT_EQ(record.rows().front().data.position, record.rows().back().data.position);
+}
+
 TEST_F(CompliantPlant, FeedbackWithoutATrackerIsRefused) {
   experiments::LoopOptions options = of("lockstep-compliant-sensor");
   options.plant.tracker.present = false;
+  EXPECT_THROW(experiments::runOffline(robot, rigid, plan("rectangle-2-nspqp"), options), std::invalid_argument);
+  options.feedback = planning::Feedback::kModel;
+  options.orientation_feedback = planning::Feedback::kSensor;
   EXPECT_THROW(experiments::runOffline(robot, rigid, plan("rectangle-2-nspqp"), options), std::invalid_argument);
 }
 

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "operation/convert.h"
 
 namespace tandem::test {
@@ -64,6 +66,55 @@ TEST_F(TipFeedback, ADropOutLeavesTheMeasurementBeforeItInForce) {
   EXPECT_EQ(feedback.check(tasks, state, commands, 0), msg::HoldReason::kNone);
   EXPECT_EQ(feedback.tips().arm[0].position, Eigen::Vector3d(1, 2, 3));
   EXPECT_EQ(feedback.tips().arm[1].stamp, kSecond / 20);
+}
+
+/** Tasks that need the orientations of both tips, and their measurement. */
+struct OrientedTips : TipFeedback {
+  operation::TipFeedback feedback{true, 0.1, planning::Feedback::kSensor};
+  Eigen::Quaterniond turned{Eigen::AngleAxisd(0.3, Eigen::Vector3d::UnitX())};
+
+  OrientedTips() { tasks.tasks[0].kind = planning::TaskKind::kRelativeOrientation; }
+  msg::HoldReason afterTips(std::int64_t stamp, const Eigen::Quaterniond& of_second) {
+    msg::setTip(0, true, {1, 2, 3}, turned, tips);
+    msg::setTip(1, true, {4, 5, 6}, of_second, tips);
+    tips.stamp = state.stamp = stamp;
+    feedback.take(tips);
+    return feedback.check(tasks, state, commands, 0);
+  }
+};
+
+TEST_F(OrientedTips, AreUsedWhileTheyAreFresh) {
+  EXPECT_EQ(feedback.check(tasks, state, commands, 0), msg::HoldReason::kNoTips);
+  EXPECT_EQ(afterTips(0, turned), msg::HoldReason::kNone);
+  EXPECT_TRUE(feedback.tips().arm[1].orientation.isApprox(turned, 1e-12));
+  state.stamp = kSecond / 5;
+  EXPECT_EQ(feedback.check(tasks, state, commands, 0), msg::HoldReason::kStaleTips);
+}
+
+TEST_F(OrientedTips, BadOrientationsCountAsNone) {
+  const double nan = std::nan("");
+  const Eigen::Quaterniond bad[] = {{0, 0, 0, 0}, {nan, 0, 0, 1}, {1.01, 0, 0, 0}, {INFINITY, 0, 0, 0}};
+  for (const Eigen::Quaterniond& orientation : bad) {
+    feedback.forget();
+    EXPECT_EQ(afterTips(0, orientation), msg::HoldReason::kInvalidTips);
+    EXPECT_EQ(afterTips(0, turned), msg::HoldReason::kNone);
+    EXPECT_EQ(afterTips(kSecond / 20, orientation), msg::HoldReason::kNone) << "the one before it is in force";
+    EXPECT_TRUE(feedback.tips().arm[1].orientation.isApprox(turned, 1e-12));
+    EXPECT_NEAR(feedback.age(), 0.05, 1e-9) << "of the oldest measurement in use";
+    EXPECT_EQ(afterTips(kSecond / 5, orientation), msg::HoldReason::kInvalidTips) << "until it is too old";
+    EXPECT_EQ(afterTips(kSecond / 4, turned), msg::HoldReason::kNone);
+  }
+}
+
+TEST_F(OrientedTips, TasksWithoutThemDoNotWaitForThem) {
+  tasks.tasks[0].kind = planning::TaskKind::kRelativePosition;
+  EXPECT_EQ(afterTips(0, {0, 0, 0, 0}), msg::HoldReason::kNone);
+  tasks.tasks[0].kind = planning::TaskKind::kTipPose;
+  EXPECT_EQ(afterTips(0, {0, 0, 0, 0}), msg::HoldReason::kNone) << "of arm 0 alone";
+  operation::TipFeedback model(true, 0.1);
+  tasks.tasks[0].kind = planning::TaskKind::kRelativePose;
+  model.take(tips);
+  EXPECT_EQ(model.check(tasks, state, commands, 0), msg::HoldReason::kNone) << "orientations are the model's";
 }
 
 TEST_F(TipFeedback, AnotherRobotsTipsAreForgotten) {

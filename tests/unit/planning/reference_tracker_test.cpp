@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "kinematics/rotations.h"
 #include "tests/unit/safety/allocation_counter.h"
 #include "tests/unit/support/ark_problem.h"
 
@@ -104,6 +105,49 @@ TEST_F(TrackerTest, MeasuredTipsGiveTheErrorAndTheModelItsJacobian) {
   auto model = make(control::Method::kNspqp);
   model.step(q, q, reference, expected);
   EXPECT_LT((result.solution.velocity - expected.solution.velocity).norm(), 1e-9);
+}
+
+/// By kind of task: without measured orientations the error is that of the model's, with them that of the measured.
+TEST_F(TrackerTest, MeasuredOrientationsGiveTheErrorIfTasksUseThem) {
+  using enum planning::TaskKind;
+  const Eigen::Quaterniond off[] = {kinematics::rotationBy({0.03, -0.02, 0.01}), kinematics::rotationBy({0, 0.04, 0})};
+  for (const auto kind : {kTipAxis, kTipOrientation, kRelativeOrientation, kLookAt, kTipPose, kRelativePose}) {
+    const kinematics::TaskKindEntry& entry = *kinematics::findTaskKind(kind);
+    SCOPED_TRACE(std::string(entry.name));
+    auto tracker = make(control::Method::kHqp);
+    planning::TrackResult result;
+    const auto q = start(1);
+    ASSERT_TRUE(tracker.computeTips(q, result));
+    planning::MeasuredTips measured;
+    Eigen::Isometry3d pose[2];
+    planning::Reference reference;
+    reference.task_count = 1;
+    const kinematics::TaskPlace place = entry.place(result.tip[0].pose, result.tip[entry.relative() ? 1 : 0].pose);
+    planning::TaskReference& task = reference.tasks[0];
+    task = {kind, 0, 1, place.position + Eigen::Vector3d(1e-3, 2e-3, 5e-3)};
+    task.orientation = kinematics::rotationBy({0.01, 0.02, 0.0}) * place.orientation;
+    tracker.step(q, q, reference, result);
+    const double of_model = result.error[0];
+    for (int k = 0; k < 2; ++k) {
+      pose[k] = result.tip[static_cast<std::size_t>(k)].pose;
+      measured.take(k, true, pose[k].translation(), 1, 2);
+      pose[k].linear() = (off[k] * Eigen::Quaterniond(pose[k].linear())).toRotationMatrix();
+    }
+    tracker.step(q, q, reference, &measured, result);
+    ASSERT_EQ(result.status, planning::TrackStatus::kOk);
+    EXPECT_NEAR(result.error[0], of_model, 1e-12);
+    measured.orientations = planning::Feedback::kSensor;
+    tracker.step(q, q, reference, &measured, result);
+    EXPECT_EQ(result.status, planning::TrackStatus::kSensor) << "none has been measured";
+    EXPECT_TRUE(result.solution.velocity.isZero(0.0));
+    for (int k = 0; k < 2; ++k)
+      measured.take(k, true, pose[k].translation(), Eigen::Quaterniond(pose[k].linear()), 2, 3);
+    tracker.step(q, q, reference, &measured, result);
+    ASSERT_EQ(result.status, planning::TrackStatus::kOk);
+    const double expected = entry.error(entry.place(pose[0], pose[entry.relative() ? 1 : 0]), task.place());
+    EXPECT_NEAR(result.error[0], entry.length() * expected, 1e-12);
+    EXPECT_GT(std::abs(result.error[0] - of_model), 1e-5) << "the difference is seen";
+  }
 }
 
 /// What was solved before a restart changes nothing after it, not even rounding.

@@ -264,6 +264,23 @@ TEST_F(Tracker, BiasAndDistortionAreConstantInTimeAndSmoothInSpace) {
   EXPECT_LE(steepest, 0.8e-3 * 2.0 * std::numbers::pi / 0.15 * 1.001);
 }
 
+TEST_F(Tracker, OrientationsHaveAConstantErrorOrAreNotMeasured) {
+  options.rotation_bias = {0.02, 0.0, -0.01};
+  TipTracker tracker(2, options, 7);
+  tracker.restart(tips, 0, 0);
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Eigen::Quaterniond truth(tips.pose(static_cast<int>(k)).linear());
+    const Eigen::AngleAxisd error(tracker.latest().orientation[k] * truth.conjugate());
+    EXPECT_LT((error.angle() * error.axis() - options.rotation_bias).norm(), 1e-9) << "in the robot base frame";
+  }
+  options.orientations = false;
+  TipTracker positions(2, options, 7);
+  positions.restart(tips, 0, 0);
+  EXPECT_TRUE(positions.latest().valid[0]);
+  EXPECT_EQ(positions.latest().position[0], tracker.latest().position[0]);
+  EXPECT_EQ(positions.latest().orientation[0].norm(), 0.0);
+}
+
 TEST_F(Tracker, DelayVariesInItsRangeAndMeasurementsArriveInOrder) {
   options.position_noise = 1e-4;
   options.delay = 0.010;
