@@ -155,6 +155,9 @@ const scenes = {
     await me.page.fill('[data-parameter="tip_gain"]', "-1");
     await me.press("#apply");
     await me.said(/tip_gain = -1 refused: .*expected a finite number above zero/);
+    await me.page.fill('[data-parameter="tip_gain"]', "5 µ中");
+    await me.press("#apply");
+    await me.said(/tip_gain = 5 µ中 refused: .*found '5 µ中', expected a finite number above zero/);
     await me.page.fill('[data-parameter="tip_gain"]', "3");
     await shot("console-method");
     await me.press('[data-method="nspqp"]');

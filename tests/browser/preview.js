@@ -49,7 +49,7 @@ module.exports = ({ me, robot, server, enable, run, shot, open }) => {
   }
   const line = (length, points = 20) =>
     [
-      "tandem: trajectory/1",
+      "tandem: trajectory/1 # 5 µm",
       "name: typed",
       "tasks: [{relative: [a, b]}, {tip: a}]",
       `shape: {line: {displacement_mm: [0, ${length}, 0]}}`,

@@ -14,6 +14,7 @@ import {
 } from "./protocol";
 import type { ServerChannel } from "./protocol";
 import type { Sample } from "./samples";
+import { writable } from "./strings";
 
 export type LinkState = "connecting" | "open" | "closed";
 
@@ -207,7 +208,7 @@ export class Link implements Source {
     const publisher = this.publishers.get(topic);
     if (!publisher) throw new Error(`${topic}: not advertised`);
     if (this.socket?.readyState !== WebSocket.OPEN) return false;
-    this.socket.send(publishFrame(publisher.channel, publisher.writer.writeMessage(message)));
+    this.socket.send(publishFrame(publisher.channel, publisher.writer.writeMessage(writable(message))));
     return true;
   }
   /** Bytes buffered by the socket: a sign of a slow link. */
