@@ -85,6 +85,7 @@ export class App {
     );
     keepAcknowledged(messages.log, robot.fingerprint);
     const events = new Events(robot, link, commander, messages.log, (time) => server.when(time), this.past);
+    world.taps.stop.push((stop, time) => events.requested(stop, time));
     world.taps.diagnostics.push((array, time) => events.ended(array, time));
     world.taps.hal.push((status, time) => events.receivedHal(status, time));
     world.taps.summary.push((summary, time) => events.ran(summary, time));

@@ -155,25 +155,28 @@ const point = (k: number, reach: number, of: Partial<PointReport> = {}): PointRe
     clearance: Infinity,
     ...of,
   }) as unknown as PointReport;
-const done = (points: PointReport[], end: number, more: object = {}): string =>
-  describeCheck({
-    kind: "done",
-    method: "nspqp",
-    moved: false,
-    result: result(1, {
-      report: { start: "", points } as never,
-      rehearsed: 1,
-      without_posture: {
-        end,
-        converged: 3,
-        points: points.length,
-        iterations: 104,
-        reason: "held back",
-        least_clearance: 0.0006,
-      } as never,
-      ...more,
-    }),
-  }).text;
+const done = (points: PointReport[], end: number, more: object = {}, tuned: string[] = []): string =>
+  describeCheck(
+    {
+      kind: "done",
+      method: "nspqp",
+      moved: false,
+      result: result(1, {
+        report: { start: "", points } as never,
+        rehearsed: 1,
+        without_posture: {
+          end,
+          converged: 3,
+          points: points.length,
+          iterations: 104,
+          reason: "held back",
+          least_clearance: 0.0006,
+        } as never,
+        ...more,
+      }),
+    },
+    tuned,
+  ).text;
 
 test("what a check has found is said in a few words", () => {
   const good = [1, 2, 3].map((k) => point(k, Reach.reached, { clearance: 0.001 * k }));
@@ -185,6 +188,10 @@ test("what a check has found is said in a few words", () => {
   expect(done(good, 0, { without_posture: overlapping as never })).toBe(
     "✓ All 3 points can be reached. nspqp needs 104 control periods. ⚠ The arms overlap by up to 2.00 mm.",
   );
+  expect(done(good, RehearsalEnd.completed, {}, ["tip_gain", "damping"])).toMatch(
+    /⚠ It was rehearsed with the files' tip_gain, damping, not with what is set\./,
+  );
+  expect(done(good, 0, { rehearsed: 0 }, ["tip_gain"])).not.toMatch(/tip_gain/);
   expect(done(good, RehearsalEnd.stalls)).toMatch(/^All 3.*✕ In the rehearsal, nspqp reaches 3 of 3: held back\./);
   expect(done([...good, point(4, Reach.outsideWorkspace)], RehearsalEnd.completed)).toMatch(
     /^✕ 1 of 4 points cannot be reached. Point 4: arm a: 4.2 mm beyond/,

@@ -98,11 +98,40 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, open, takeCon
       await enable();
     },
 
+    async "a stop that was not confirmed does not stop, over a new connection, what another client has enabled since"() {
+      await run();
+      process.kill(setting.pids.control, "SIGSTOP");
+      const pressed = await page().evaluate(() => performance.now());
+      try {
+        await me().state("#link", "stale");
+        await page().keyboard.press("Escape");
+        await me().text("#stop-note", /NOT CONFIRMED/);
+        await server.kill();
+        await me().state("#link", "lost");
+      } finally {
+        process.kill(setting.pids.control, "SIGCONT");
+      }
+      await robot().until("stop", (s) => s.arms.every((arm) => /stop_requested/.test(arm.faults)));
+      await page().waitForFunction((since) => performance.now() > since + 4000, pressed); // the lease of 3 s is over
+      assert.strictEqual(robot().command("disable").status, 0);
+      assert.strictEqual(robot().command("enable").status, 0);
+      const back = monotonic();
+      await server.start();
+      await me().state("#link", "live");
+      const enabled = ({ operating_state: state }) => state === "ENABLED";
+      await robot().until("be watched for a second", (s) => s.stamps_ns.status / 1e6 > back + 1000);
+      assert.ok(robot().last.arms.every(enabled), JSON.stringify(robot().last.arms));
+    },
+
     async "a system that ends says which process and why; nothing moves when another has started"() {
       await run();
       process.kill(setting.pids.control, "SIGTERM"); // `tandem up` then ends all others
-      await me().text("#curtain", /No messages from the robot's processes\. .*tandem-control ended: SIGTERM/);
+      await me().text(
+        "#curtain",
+        /No messages from the robot's processes\. tandem up: control \(pid \d+\) ended with exit code 0\. .*tandem-\w+ ended: SIGTERM/,
+      );
       await me().said(/tandem-control: ended: SIGTERM/);
+      await me().text("#services", /ended · [^·]* old · tandem-control: ended: SIGTERM/);
       await shot("console-system-ended");
       const up = spawn(path.join(setting.bin, "tandem"), ["up", setting.deployment, "--log", "warn"], {
         stdio: ["ignore", "ignore", "inherit"],

@@ -103,6 +103,8 @@ module.exports = ({ robot, me, server, setting, takeControl, enable, run, open }
           await me().text("#link", /NO DATA FROM PLANNING/);
           assert.match((await page().getAttribute("#run-pause", "title")) ?? "", /Planning does not answer/);
           said(await stops(esc));
+          await me().text("#services", /silent · \d\.\d s old · tandem-planning: /);
+          await me().said(/tandem-planning no longer reports/);
         },
         "partly",
       ),

@@ -1,23 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 /** System health: loops, watchdogs, services, and the load of the page itself. */
-import { age, ageText } from "../state/age";
 import { nameOf, valuesOf } from "../state/descriptions";
 import { lackingProtections } from "../state/protections";
 import type { Context, Panel } from "./context";
 import { themeChoice } from "./theme";
 import { card, h, setAttribute, setShown, setText } from "./dom";
-
-const kLevels = ["ok", "warning", "error", "stale"];
-const kSilent = 3; // level of a service that no longer reports
-const kLost = 3000; // ms: services report once a second
-
-/** A service, as it last reported. */
-interface Service {
-  row: HTMLElement;
-  at: number;
-  text: string;
-  level: number;
-}
 
 export class Health implements Panel {
   readonly element: HTMLElement;
@@ -27,7 +14,7 @@ export class Health implements Panel {
   /** Of the robot, not of a recording. */
   private readonly live = card("Services", this.services);
   private readonly lacking = h("p.lacking", { id: "lacking" });
-  private readonly known = new Map<string, Service>();
+  private readonly rows = new Map<string, HTMLElement>();
   private readonly facts = new Map<string, HTMLElement>();
   private kilobytes = 0;
 
@@ -45,22 +32,6 @@ export class Health implements Panel {
       this.live,
       card("This page", h("div.line", {}, h("span", {}, "colours"), themeChoice())),
     );
-    c.world.taps.diagnostics.push((array) => {
-      for (const { name, level, message } of array.status) this.service(name, level, message);
-    });
-  }
-
-  private service(name: string, level: number, message: string): void {
-    let entry = this.known.get(name);
-    if (!entry) {
-      entry = { row: h("li", {}), at: 0, text: "", level };
-      this.known.set(name, entry);
-      this.services.append(entry.row);
-    }
-    if (entry.level === kSilent && entry.text !== "") this.c.messages.add("info", `${name} reports again`);
-    entry.at = performance.now();
-    entry.level = level;
-    entry.text = `${name}: ${message}`;
   }
 
   setTraffic(bytesPerSecond: number): void {
@@ -122,22 +93,27 @@ export class Health implements Panel {
         );
       });
     }
-    for (const [name, entry] of this.known) this.showService(name, entry, now);
+    this.showServices(now);
   }
 
-  private showService(name: string, entry: Service, now: number): void {
-    const old = age(entry.at, now);
-    if (old > kLost && entry.level !== kSilent) {
-      // The end of the link, or of a process that says so, is an event of its own.
-      if (this.c.link.state === "open" && !this.c.world.ends.has(name))
-        this.c.messages.add("bad", `${name} no longer reports: last ${ageText(old)}`);
-      entry.level = kSilent;
+  private showServices(now: number): void {
+    const { services } = this.c.world;
+    for (const { name, silent, age } of services.changes(now)) {
+      if (!silent) this.c.messages.add("info", `${name} reports again`);
+      // The end of the link is an event of its own.
+      else if (this.c.link.state === "open")
+        this.c.messages.add("bad", `${name} no longer reports: its last report is ${age}`);
     }
-    setAttribute(entry.row, "data-level", String(entry.level));
-    const silent = entry.level === kSilent;
-    setText(
-      entry.row,
-      silent ? `silent · last ${ageText(old)} · ${entry.text}` : `${kLevels[entry.level] ?? "unknown"} · ${entry.text}`,
-    );
+    for (const { name, condition, message, age } of services.all(now)) {
+      let row = this.rows.get(name);
+      if (!row) {
+        row = h("li", {});
+        this.rows.set(name, row);
+        this.services.append(row);
+      }
+      setAttribute(row, "data-condition", condition);
+      const last = condition === "silent" || condition === "ended" ? ` · ${age}` : "";
+      setText(row, `${condition}${last} · ${name}: ${message}`);
+    }
   }
 }

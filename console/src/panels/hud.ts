@@ -132,12 +132,12 @@ export class Hud implements Panel {
       const old = ageText(world.status.at < 0 ? age(link.receivedAt, now) : world.age(world.status, now));
       const what =
         link.state !== "open"
-          ? `No connection to the server: ${link.ended || "connecting"}`
+          ? [`No connection to the server: ${link.ended || "connecting"}`, ...world.services.gone(now)].join(". ")
           : world.status.at < 0
             ? "Waiting for control"
             : world.heldBack(now)
               ? "The link holds messages back, or the clocks are not compared yet"
-              : ["No messages from the robot's processes", ...world.ends.values()].join(". ");
+              : ["No messages from the robot's processes", ...world.services.gone(now)].join(". ");
       setText(this.curtain, `${what}. Last data: ${old}. Commands are disabled.`);
     }
     const bodies = world.clearances()?.bodies ?? [];

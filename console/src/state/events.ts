@@ -62,13 +62,14 @@ export class Events {
     listen<Identity>(topic("identity"), (m) => {
       this.names.set(m.session, `tandem-${m.process} (pid ${m.pid} on ${m.host})`);
     });
-    listen<Stop>(topic("stop"), (m, time) => this.stopped(m, time));
     listen<ProcessLine>("/rosout", (m, time) => this.line(m, time));
+    this.requested = past.listen(topic("stop"), (m: Stop, time) => this.stopped(m, time));
     this.received = past.listen(topic("control/status"), (m: ControlStatus, time) => this.controlled(m, time));
     this.receivedHal = past.listen(topic("hal/status"), (m: HalStatus, time) => this.drives(m, time));
     this.ended = past.listen(topic("diagnostics"), (m: DiagnosticArray, time) => this.processes(m, time));
     this.ran = past.listen(topic("planning/summary"), (m: RunSummary, time) => this.run(m, time));
   }
+  readonly requested: (stop: Stop, time: number) => void;
   readonly received: (status: ControlStatus, time: number) => void;
   readonly receivedHal: (status: HalStatus, time: number) => void;
   readonly ended: (diagnostics: DiagnosticArray, time: number) => void;

@@ -14,11 +14,13 @@ import type {
   PoseStamped,
   RunSummary,
   Shape,
+  Stop,
 } from "../wire/messages";
 import { age, ageText, staleAfter } from "./age";
 import type { Robot } from "./robot";
 import { Phase } from "../wire/messages";
 import type { ServerClock } from "./server";
+import { Services } from "./services";
 import { stateName, whyNot } from "./descriptions";
 
 export interface ArmSlots {
@@ -38,6 +40,7 @@ export interface Taps {
   hal: Listener<HalStatus>[];
   summary: Listener<RunSummary>[];
   diagnostics: Listener<DiagnosticArray>[];
+  stop: Listener<Stop>[];
   clearance: Listener<Clearances>[];
 }
 
@@ -47,7 +50,6 @@ const kDrivesRate = 10;
 
 const kParameter = "parameter "; // runtime::kParameterKey
 const kTrajectory = "trajectory "; // runtime::kTrajectoryKey
-const kEnded = "ended: "; // runtime::kEnded
 
 export class World {
   readonly status: Slot;
@@ -64,9 +66,8 @@ export class World {
   readonly parameters = new Map<string, number>();
   /** Name of the last trajectory, and its id, as planning reports them once a second. */
   private trajectory = { id: 0, name: "" };
-  /** What services said when they ended, by name, until they are back. */
-  readonly ends = new Map<string, string>();
-  readonly taps: Taps = { status: [], shape: [], hal: [], summary: [], diagnostics: [], clearance: [] };
+  readonly services = new Services();
+  readonly taps: Taps = { status: [], shape: [], hal: [], summary: [], diagnostics: [], stop: [], clearance: [] };
 
   constructor(
     readonly robot: Robot,
@@ -95,7 +96,12 @@ export class World {
       this.taps.clearance.forEach((f) => f(m, time)),
     );
     this.teleop = link.subscribe(topic("teleop/status"));
+    link.subscribe<Stop>(topic("stop"), (m, time) => {
+      this.services.stopped(m.reason, performance.now());
+      this.taps.stop.forEach((f) => f(m, time));
+    });
     link.subscribe<DiagnosticArray>(topic("diagnostics"), (m, time) => {
+      this.services.received(m, performance.now());
       this.note(m);
       this.taps.diagnostics.forEach((f) => f(m, time));
     });
@@ -108,9 +114,7 @@ export class World {
   }
 
   private note({ status }: DiagnosticArray): void {
-    for (const { name, message, values } of status) {
-      if (message.startsWith(kEnded)) this.ends.set(name, `${name} ${message}`);
-      else this.ends.delete(name);
+    for (const { values } of status) {
       for (const { key, value } of values) {
         if (key.startsWith(kParameter)) this.parameters.set(key.slice(kParameter.length), Number(value));
         if (key.startsWith(kTrajectory)) this.trajectory = { id: Number(key.slice(kTrajectory.length)), name: value };
