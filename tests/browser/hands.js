@@ -69,9 +69,23 @@ module.exports = ({ robot, me, enable, shot }) => {
       await page().waitForSelector("#handle");
       // The view at the start is that of the first camera, as long as the arms have hardly moved.
       for (const camera of [2, 1]) {
-        const before = await page().getAttribute("#handle", "style");
+        const frames = await page().evaluate(() => {
+          const handle = document.querySelector("#handle");
+          window.places = [];
+          new MutationObserver(() => window.places.push(handle.getAttribute("style").match(/-?\d+/g))).observe(handle, {
+            attributes: true,
+            attributeFilter: ["style"],
+          });
+          return document.querySelector("#fps").dataset.frames;
+        });
         await page().click(`[data-camera="${camera}"]`);
-        await page().waitForFunction((old) => document.querySelector("#handle").getAttribute("style") !== old, before);
+        await page().waitForFunction(
+          (old) => window.places.length > 0 && document.querySelector("#fps").dataset.frames !== old,
+          frames,
+        );
+        const places = await page().evaluate(() => window.places);
+        const far = places.filter(([x, y]) => Math.hypot(x - places.at(-1)[0], y - places.at(-1)[1]) > 5);
+        assert.deepStrictEqual(far, [], `the handle was elsewhere on its way to ${places.at(-1)}`);
       }
       const drag = async () => {
         const box = await page().locator("#handle").boundingBox();

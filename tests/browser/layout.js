@@ -100,7 +100,11 @@ module.exports = ({ robot, me, server, setting, takeControl, enable, run, open }
     }
     const cut = await page().evaluate(clipped);
     assert.deepStrictEqual(cut, [], `cut off: ${where}, ${width} x ${height} at ${100 * zoom} %`);
-    await page().waitForFunction(tipsSeen);
+    await page()
+      .waitForFunction(tipsSeen)
+      .catch((error) =>
+        assert.fail(`tips out of the scene: ${where}, ${width} x ${height} at ${100 * zoom} %: ${error}`),
+      );
   }
   /** Of the window as resize() made it. */
   async function picture(name) {

@@ -74,7 +74,7 @@ export class View {
     this.camera.up.copy(this.up);
     this.controls = new OrbitControls(this.camera, canvas);
     this.controls.enableDamping = false; // damping would keep drawing, and move the view under the operator's pointer
-    this.controls.addEventListener("change", () => this.touch());
+    this.controls.addEventListener("change", () => this.moved());
     this.controls.addEventListener("start", () => (this.looked = null));
     this.arms = robot.arms.map((arm) => new ArmView(arm, shortName(arm.name)));
     this.guides = new Guides(robot.arms.length);
@@ -187,6 +187,12 @@ export class View {
         break;
     }
     this.controls.update();
+    this.moved();
+  }
+
+  /** The camera stands elsewhere. What lies over the scene follows at once, not after the next image: a handle is grabbed where it is shown. */
+  private moved(): void {
+    this.camera.updateMatrixWorld();
     this.touch();
   }
 
