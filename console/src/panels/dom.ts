@@ -4,6 +4,13 @@
 type Child = Node | string | null | undefined;
 type Attributes = Record<string, string | boolean | ((event: never) => void) | undefined>;
 
+/** Characters that order the text around them: with one of them, "\u202Egnp.exe" is shown as "exe.png". */
+const kOrdering = /[\u061C\u200E\u200F\u202A-\u202E\u2066-\u2069]/g;
+/** Attributes that people read or hear. */
+const kSaid = ["title", "aria-label"];
+/** A text as it is shown: others' names and messages are not reordered. */
+const readable = (text: string): string => text.replace(kOrdering, "\uFFFD");
+
 /** h("button.big", {type: "button", onclick: f}, "text"). An output is no live region: what happens is announced by the Announcer, and values
  * that change by themselves are not. */
 export function h<K extends keyof HTMLElementTagNameMap>(
@@ -18,17 +25,19 @@ export function h<K extends keyof HTMLElementTagNameMap>(
   for (const [key, value] of Object.entries(attributes)) {
     if (typeof value === "function") element.addEventListener(key.slice(2), value as EventListener);
     else if (value === true) element.setAttribute(key, "");
-    else if (typeof value === "string") element.setAttribute(key, value);
+    else if (typeof value === "string") setAttribute(element, key, value);
   }
-  element.append(...children.filter((child): child is Node | string => child != null));
+  for (const child of children) if (child != null) element.append(typeof child === "string" ? readable(child) : child);
   return element;
 }
 
 export function setText(element: HTMLElement, text: string): void {
-  if (element.textContent !== text) element.textContent = text;
+  const shown = readable(text);
+  if (element.textContent !== shown) element.textContent = shown;
 }
 export function setAttribute(element: Element, name: string, value: string): void {
-  if (element.getAttribute(name) !== value) element.setAttribute(name, value);
+  const shown = kSaid.includes(name) ? readable(value) : value;
+  if (element.getAttribute(name) !== shown) element.setAttribute(name, shown);
 }
 export function setClass(element: Element, name: string, on: boolean): void {
   if (element.classList.contains(name) !== on) element.classList.toggle(name, on);

@@ -14,6 +14,8 @@ const kOnPhone = (): HTMLElement =>
 const kRelease = "Release control";
 /** Of an arm, beside its state. */
 const kConditions = ["homed", "recovery", "busy"] as const;
+/** Instead of the sign of a state that nothing says to last. */
+const kUnknown = "?";
 const kCrtkClients = 2n ** 64n - 1n;
 
 export class Header implements Panel {
@@ -121,10 +123,10 @@ export class Header implements Panel {
       const more = kConditions.filter((_, j) => is[j]);
       setText(
         element,
-        `${shortName(this.c.robot.arms[k]!.name)} ${stateGlyph(state)} ${stateName(state)}${more.map((m) => ` · ${m}`).join("")}`,
+        `${shortName(this.c.robot.arms[k]!.name)} ${live ? stateGlyph(state) : kUnknown} ${[stateName(state), ...more].join(" · ")}`,
       );
       setAttribute(element, "data-state", stateName(state));
-      setAttribute(element, "title", stateMeaning(state));
+      setAttribute(element, "title", live ? stateMeaning(state) : `Not known now. Last: ${stateName(state)}`);
       setClass(element, "stale", !live);
     });
   }
