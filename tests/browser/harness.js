@@ -269,10 +269,14 @@ class Operator {
       document.dispatchEvent(new Event("visibilitychange"));
     }, hidden);
   }
-  /** Waits until the element is enabled, and clicks it. */
+  /** Clicks the element while it is enabled: once more if it was disabled, by data that had become old, before the click came. */
   async press(selector) {
-    await this.page.waitForSelector(`${selector}[aria-disabled="false"]`);
-    await this.page.click(selector);
+    const note = (one) => one.addEventListener("click", () => (one.pressed = one.ariaDisabled), { capture: true });
+    for (let disabled = "true"; disabled === "true";) {
+      const button = await this.page.waitForSelector(`${selector}[aria-disabled="false"]`);
+      await button.evaluate(note).then(() => button.click());
+      disabled = await button.evaluate((one) => one.pressed).catch(() => "false"); // the click has ended the page
+    }
   }
   /** Holds a button until `done` is met, in several attempts: on a busy machine a hold may end by the gap of its timer.
    * @param longest  of an attempt, ms */
