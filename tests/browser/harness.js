@@ -269,14 +269,15 @@ class Operator {
       document.dispatchEvent(new Event("visibilitychange"));
     }, hidden);
   }
-  /** Clicks the element while it is enabled: once more if it was disabled, by data that had become old, before the click came. */
+  /** Clicks the element while it is enabled: once more if old data had disabled it before the click came. */
   async press(selector) {
-    const note = (one) => one.addEventListener("click", () => (one.pressed = one.ariaDisabled), { capture: true });
-    for (let disabled = "true"; disabled === "true";) {
-      const button = await this.page.waitForSelector(`${selector}[aria-disabled="false"]`);
-      await button.evaluate(note).then(() => button.click());
-      disabled = await button.evaluate((one) => one.pressed).catch(() => "false"); // the click has ended the page
-    }
+    const listen =
+      'addEventListener("click", ({ target }) => (pressed = target.ariaDisabled), { capture: true, once: true })';
+    do {
+      await this.page.waitForSelector(`${selector}[aria-disabled="false"]`);
+      await this.page.evaluate(listen);
+      await this.page.click(selector);
+    } while ((await this.page.evaluate("pressed").catch(() => "")) === "true"); // the click may have ended the page
   }
   /** Holds a button until `done` is met, in several attempts: on a busy machine a hold may end by the gap of its timer.
    * @param longest  of an attempt, ms */

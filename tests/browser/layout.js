@@ -75,7 +75,7 @@ const places = () =>
     .filter((e) => !e.closest(".found, .run output, .figures, .rate, .chart output") && e.getClientRects().length > 0)
     .map((e) => {
       const { x, y } = e.getBoundingClientRect();
-      return `${e.id || e.getAttribute("aria-label") || e.className}: ${x.toFixed(0)}, ${y.toFixed(0)}`;
+      return `${e.id || e.getAttribute("aria-label") || e.dataset.arm || e.className}: ${x.toFixed(0)}, ${y.toFixed(0)}`;
     });
 /** By how much the page is larger than the window: to the right, and down. Runs in the page. */
 const beyond = () => {
