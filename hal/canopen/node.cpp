@@ -276,11 +276,15 @@ void Node::onAbort(SdoAbort abort, std::int64_t now) noexcept {
   const SetupStep& step = steps_[step_];
   const bool absent = isAbsence(abort);
   const bool informs = step.kind == SetupStep::Kind::kRead && step.optional;  // what it says is good to know, no more
-  const bool skipped = informs || (absent && step.optional) ||
+  // An object that has refused its value, and cannot be read, has lost its protections; a later check of it adds
+  // nothing.
+  const bool given_up = abort == SdoAbort::kWriteOnly &&
+                        (refused_ != SdoAbort::kNone || (!step.writes() && (step.protections & lost_) != 0));
+  const bool skipped = informs || given_up || (absent && step.optional) ||
                        ((absent || isRefusal(abort)) && (step.protections != 0 || step.dispensable));
   if (!skipped) {
     fail(NodeFailure::Reason::kAborted, 0, abort);
-  } else if (informs || absent || reading_back_) {
+  } else if (informs || absent || given_up || reading_back_) {
     lose(abort);
   } else {
     refused_ = abort;  // the object keeps a value of its own, which may be the right one

@@ -204,8 +204,8 @@ void Cia402Driver::command(const DriveCommand& command, std::int64_t now) noexce
 }
 
 void Cia402Driver::setLimits(double lower, double upper) noexcept {
-  const Counts first = units_.toCounts(lower), second = units_.toCounts(upper);
-  if (!first.exact || !second.exact) {
+  const auto limits = units_.softwareLimits(lower, upper);
+  if (!limits) {
     limits_ = Progress::kFailed;
     return;
   }
@@ -213,12 +213,10 @@ void Cia402Driver::setLimits(double lower, double upper) noexcept {
     limits_ = Progress::kDone;
     return;
   }
-  const std::int64_t least = std::min(first.value, second.value) - std::int64_t{1};
-  const std::int64_t most = std::max(first.value, second.value) + std::int64_t{1};
   prepared_ = Progress::kIdle;
   jobs_.clear();
-  jobs_.write(objects::kLowerLimit, least, 4);
-  jobs_.write(objects::kUpperLimit, most, 4);
+  jobs_.write(objects::kLowerLimit, limits->least, 4);
+  jobs_.write(objects::kUpperLimit, limits->most, 4);
   limits_ = Progress::kBusy;
 }
 

@@ -165,14 +165,13 @@ class Judge {
   ProtectionMask lost_ = 0;
 };
 
-/// What the HAL writes to every drive after its setup, when it knows the position.
+/// What the HAL writes to every drive after its setup, when it knows the position: here for one at the reference.
 std::vector<SetupStep> limitSteps(const AxisConfig& axis) {
-  const AxisUnits units(axis.gearing);
-  const std::int64_t first = units.toCounts(axis.lower).value, second = units.toCounts(axis.upper).value;
-  std::vector<SetupStep> steps{
-      // one count wider, as Cia402Driver writes them
-      canopen::write(objects::kLowerLimit, std::min(first, second) - 1, 4, "lower software limit"),
-      canopen::write(objects::kUpperLimit, std::max(first, second) + 1, 4, "upper software limit")};
+  const auto limits = AxisUnits(axis.gearing).softwareLimits(axis.lower, axis.upper);
+  if (!limits)
+    return {};
+  std::vector<SetupStep> steps{canopen::write(objects::kLowerLimit, limits->least, 4, "lower software limit"),
+                               canopen::write(objects::kUpperLimit, limits->most, 4, "upper software limit")};
   for (SetupStep& step : steps)
     step.protections = bit(Protection::kSoftwareLimits);
   return steps;

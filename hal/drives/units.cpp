@@ -121,6 +121,15 @@ Counts AxisUnits::toCounts(double joint) const noexcept {
   return {static_cast<std::int32_t>(counts), true};
 }
 
+std::optional<CountRange> AxisUnits::softwareLimits(double lower, double upper) const noexcept {
+  using Limits = std::numeric_limits<std::int32_t>;
+  const Counts first = toCounts(lower), second = toCounts(upper);
+  if (!first.exact || !second.exact)
+    return std::nullopt;
+  const std::int32_t least = std::min(first.value, second.value), most = std::max(first.value, second.value);
+  return CountRange{least == Limits::min() ? least : least - 1, most == Limits::max() ? most : most + 1};
+}
+
 std::uint32_t AxisUnits::toCountMagnitude(double distance) const noexcept {
   constexpr double kHighest = std::numeric_limits<std::uint32_t>::max();
   const double counts = std::nearbyint(std::abs(distance / scale_));

@@ -78,6 +78,12 @@ struct Counts {
   bool exact = true;  ///< false: the position is not finite (value 0) or beyond 32 bits (value at the limit)
 };
 
+/** Range of counts. */
+struct CountRange {
+  std::int32_t least;
+  std::int32_t most;
+};
+
 /** Conversion of one axis: joint = offset + scale * (counts - reference), scale signed. The conversion of counts to SI
  * and back is exact as long as |offset| is below 2^20 times the travel of 2^31 counts. */
 class AxisUnits {
@@ -90,6 +96,9 @@ class AxisUnits {
     return offset_ + scale_ * (static_cast<double>(counts) - static_cast<double>(reference_));
   }
   Counts toCounts(double joint) const noexcept;
+  /// Software limits of the drive for those of a joint: one count wider, so that the joint's own limits, rounded, are
+  /// allowed. None if 32 bits cannot hold one.
+  std::optional<CountRange> softwareLimits(double lower, double upper) const noexcept;
   /// Converts a speed in counts/s to m/s or rad/s.
   double toJointSpeed(double counts_per_second) const noexcept { return scale_ * counts_per_second; }
   /// Signed speed in counts/s.
