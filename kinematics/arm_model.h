@@ -63,8 +63,9 @@ struct ShapePoint {
   /// robot base frame <- frame at s: z along the backbone, x the direction in which tube 1 bends there. Rotated by
   /// -psi_1 about z it is the torsion-free frame that starts as the arm's base frame.
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-  std::array<double, kMaxTubes> psi{};     ///< angle of each tube in the torsion-free frame, rad; NaN beyond its end
-  std::array<double, kMaxTubes> moment{};  ///< torsional moment in each tube, N m; NaN beyond its end
+  std::array<double, kMaxTubes>
+      psi{};  ///< direction in which each tube bends, torsion-free frame, rad; NaN beyond its end
+  std::array<double, kMaxTubes> moment{};               ///< torsional moment in each tube, N m; NaN beyond its end
   Eigen::Vector2d curvature = Eigen::Vector2d::Zero();  ///< of the backbone, x and y of the torsion-free frame, 1/m
   int outermost_tube = 0;                               ///< 1..n: the outermost tube present
 };
@@ -136,6 +137,11 @@ class ArmModel {
                                const std::vector<double>& s,
                                bool derivatives,
                                std::vector<BackbonePoint>& points) const;
+
+  /// Angle by which the direction in which a body bends turns between its motor and the entry point although nothing
+  /// twists it, rad: of a helical tube, 0 for others. A tube that turns so much less or more as it moves, so that this
+  /// angle plus its rotation stays, moves along its own helix. @param body from 0, the innermost
+  virtual double helixAngle(const JointsRef& q, int body) const noexcept;
 
   /// The arm can lose elastic stability: Tip::stability changes with the joints.
   virtual bool canSnap() const noexcept { return false; }

@@ -4,6 +4,7 @@
 #include "kinematics/compliant_model.h"
 #include "kinematics/constant_curvature.h"
 #include "kinematics/rigid_model.h"
+#include "kinematics/swept_end.h"
 
 namespace tandem::kinematics {
 namespace {
@@ -55,6 +56,57 @@ void differentiate(const JointsRef& q, const Branch& branch, std::vector<Backbon
   }
 }
 
+/// Points of an unloaded arm with these angles of its ends. Calls take(i, place, tangent) for every arc length; each
+/// sweep computes up to kShapePoints samples, and swept(sweep) sees the first one.
+template <class Swept, class Take>
+void sweepPlaces(const ConcentricTubeArm& arm,
+                 const Segmentation& parts,
+                 const TubeVector& beta,
+                 const TubeVector& theta,
+                 double coupling,
+                 const std::vector<double>& s,
+                 const Swept& swept,
+                 const Take& take) {
+  std::array<ShapePoint, kShapePoints> samples;
+  for (std::size_t begin = 0; begin < s.size() || begin == 0; begin += samples.size()) {
+    const std::span<ShapePoint> piece(samples.data(), std::min(samples.size(), s.size() - begin));
+    for (std::size_t i = 0; i < piece.size(); ++i)
+      piece[i].s = std::min(s[begin + i], parts.length());
+    const EndAngleSweep<double> sweep(arm, parts, beta, theta, coupling, StepDepth::kPose, piece);
+    if (begin == 0)
+      swept(sweep);
+    const Eigen::Isometry3d end = endPose(sweep);
+    for (std::size_t i = 0; i < piece.size(); ++i) {
+      const Eigen::Isometry3d frame = arm.base * end * piece[i].pose;
+      const Eigen::Vector3d tangent = frame.linear().col(2);
+      take(begin + i, frame.translation() + (s[begin + i] - piece[i].s) * tangent, tangent);
+    }
+  }
+}
+
+/// Backbone points and, if wanted, their central differences. @param places as in differentiate(); take(i, position,
+/// tangent)
+template <class Places>
+ModelStatus backboneOf(const JointsRef& q,
+                       Branch& branch,
+                       const std::vector<double>& s,
+                       bool derivatives,
+                       std::vector<BackbonePoint>& points,
+                       const Places& places) {
+  points.resize(s.size());
+  const ModelStatus status = places(q, branch, [&](std::size_t i, const auto& position, const auto& tangent) {
+    points[i].s = s[i];
+    points[i].position = position;
+    points[i].tangent = tangent;
+  });
+  if (status == ModelStatus::kOk && derivatives) {
+    differentiate(q, branch, points, [&](const JointsRef& moved, Branch& aside, const auto& take) {
+      return places(moved, aside, [&](std::size_t i, const auto& position, const auto&) { take(i, position); });
+    });
+  }
+  return status;
+}
+
 }  // namespace
 
 ModelStatus ArmModel::backbone(const JointsRef& q,
@@ -83,9 +135,11 @@ ModelStatus ArmModel::backbone(const JointsRef& q,
   return ModelStatus::kOk;
 }
 
+double ArmModel::helixAngle(const JointsRef&, int) const noexcept { return 0.0; }
+
 Gradient ArmModel::stabilityGradient(const JointsRef&, const Branch&) const { return Gradient::Zero(jointCount()); }
 
-/// Calls take(i, place, tangent) for every arc length; each sweep computes up to kShapePoints samples.
+/// Calls take(i, place, tangent) for every arc length.
 template <class Take>
 ModelStatus CompliantModel::places(const JointsRef& q,
                                    Branch& branch,
@@ -100,25 +154,13 @@ ModelStatus CompliantModel::places(const JointsRef& q,
   Equilibrium::Root root;
   if (const ModelStatus status = equilibrium_.find(q, branch, root); status != ModelStatus::kOk)
     return status;
-  std::array<ShapePoint, kShapePoints> samples;
-  for (std::size_t begin = 0; begin < s.size() || begin == 0; begin += samples.size()) {
-    const std::span<ShapePoint> piece(samples.data(), std::min(samples.size(), s.size() - begin));
-    for (std::size_t i = 0; i < piece.size(); ++i)
-      piece[i].s = std::min(s[begin + i], parts.length());
-    const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(q).beta, root.theta, 1.0, StepDepth::kPose, piece);
-    if (begin == 0) {
-      root.linearise(sweep);
-      root.remember(q, branch);
-    }
-    Eigen::Isometry3d end = Eigen::Isometry3d::Identity();
-    end.linear() = sweep.endRotation();
-    end.translation() = sweep.endPosition();
-    for (std::size_t i = 0; i < piece.size(); ++i) {
-      const Eigen::Isometry3d frame = arm_.base * end * piece[i].pose;
-      const Eigen::Vector3d tangent = frame.linear().col(2);
-      take(begin + i, frame.translation() + (s[begin + i] - piece[i].s) * tangent, tangent);
-    }
-  }
+  sweepPlaces(
+      arm_, parts, TubeJoints(q).beta, root.theta, 1.0, s,
+      [&](const EndAngleSweep<double>& sweep) {
+        root.linearise(sweep);
+        root.remember(q, branch);
+      },
+      take);
   return ModelStatus::kOk;
 }
 
@@ -127,25 +169,33 @@ ModelStatus CompliantModel::backbone(const JointsRef& q,
                                      const std::vector<double>& s,
                                      bool derivatives,
                                      std::vector<BackbonePoint>& points) const {
-  points.resize(s.size());
-  const ModelStatus status = places(q, branch, s, [&](std::size_t i, const auto& position, const auto& tangent) {
-    points[i].s = s[i];
-    points[i].position = position;
-    points[i].tangent = tangent;
+  return backboneOf(q, branch, s, derivatives, points,
+                    [&](const JointsRef& at, Branch& on, const auto& take) { return places(at, on, s, take); });
+}
+
+ModelStatus RigidModel::helicalBackbone(const JointsRef& q,
+                                        Branch& branch,
+                                        const std::vector<double>& s,
+                                        bool derivatives,
+                                        std::vector<BackbonePoint>& points) const {
+  return backboneOf(q, branch, s, derivatives, points, [&](const JointsRef& at, Branch&, const auto& take) {
+    if (const ModelStatus status = checkJoints(arm_, at); status != ModelStatus::kOk)
+      return status;
+    Segmentation parts;
+    segment(arm_, at, parts);
+    sweepPlaces(
+        arm_, parts, TubeJoints(at).beta, untwistedEnds(arm_, parts, at), 0.0, s, [](const auto&) {}, take);
+    return ModelStatus::kOk;
   });
-  if (status == ModelStatus::kOk && derivatives) {
-    differentiate(q, branch, points, [&](const JointsRef& moved, Branch& aside, const auto& take) {
-      return places(moved, aside, s, [&](std::size_t i, const auto& position, const auto&) { take(i, position); });
-    });
-  }
-  return status;
 }
 
 ModelStatus RigidModel::backbone(const JointsRef& q,
-                                 Branch&,
+                                 Branch& branch,
                                  const std::vector<double>& s,
                                  bool derivatives,
                                  std::vector<BackbonePoint>& points) const {
+  if (helical_)
+    return helicalBackbone(q, branch, s, derivatives, points);
   if (const ModelStatus status = checkJoints(arm_, q); status != ModelStatus::kOk)
     return status;
   const int n = arm_.tubeCount();

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "kinematics/swept_end.h"
+
 namespace tandem::kinematics {
 namespace {
 
@@ -12,18 +14,9 @@ constexpr double kLinear = 1e-7;
 /// Joint motions that rotate no end by more than this use the prediction, if it is accurate enough, rad.
 constexpr double kSmallMove = 3e-4;
 
-struct Answer {
-  Equilibrium::Root root;
-  Eigen::Matrix3d rotation;  ///< of tube 1's end, torsion-free, arm base frame
-  Eigen::Vector3d position;
-  /// Of that frame by beta and by alpha, about the base's origin, arm base frame.
-  Eigen::Matrix<double, 6, kMaxTubes> by_translation, by_rotation;
-  DeterminantTrack<double> determinant;
-};
-
 /// Pose and derivatives at root.theta, with a first-order correction of the remaining residual.
 /// @return the largest correction, rad.
-double evaluate(const ConcentricTubeArm& arm, const Segmentation& parts, const JointsRef& q, Answer& answer) {
+double evaluate(const ConcentricTubeArm& arm, const Segmentation& parts, const JointsRef& q, SweptEnd& answer) {
   const TubeJoints joints(q);
   const EndAngleSweep<double> sweep(arm, parts, joints.beta, answer.root.theta, 1.0, StepDepth::kPose);
   answer.root.linearise(sweep);
@@ -42,37 +35,12 @@ double evaluate(const ConcentricTubeArm& arm, const Segmentation& parts, const J
   return correction.cwiseAbs().maxCoeff();
 }
 
-/// From the torsion-free end frame to the tool: the end rotates with tube 1; twists become those of the tool's tip.
-void toTool(const ConcentricTubeArm& arm, const Answer& answer, Tip& tip) {
-  Eigen::Isometry3d end = Eigen::Isometry3d::Identity();
-  end.linear() = answer.rotation * Eigen::AngleAxisd(answer.root.theta[0], Eigen::Vector3d::UnitZ()).toRotationMatrix();
-  end.translation() = answer.position;
-  tip.pose = arm.base * end * arm.tool;
-  const Eigen::Vector3d tool = end * arm.tool.translation();
-  const Eigen::Vector3d axis = answer.rotation.col(2);
-  const int n = arm.tubeCount();
-  tip.jacobian.resize(6, 2 * n);
-  const auto column = [&](int j, const Eigen::Matrix<double, 6, 1>& twist, double roll) {
-    const Eigen::Vector3d angular = twist.tail<3>() + roll * axis;
-    const Eigen::Vector3d linear = twist.head<3>() + angular.cross(tool) - roll * axis.cross(answer.position);
-    tip.jacobian.col(j).head<3>() = arm.base.linear() * linear;
-    tip.jacobian.col(j).tail<3>() = arm.base.linear() * angular;
-  };
-  for (int i = 0; i < n; ++i) {
-    column(i, answer.by_translation.col(i), answer.root.by_translation(0, i));
-    column(n + i, answer.by_rotation.col(i), answer.root.by_rotation(0, i));
-  }
-  tip.stability = answer.determinant.minimum();
-  tip.stability_at = answer.determinant.at();
-  tip.conjugate_points = answer.determinant.conjugatePoints();
-}
-
 /// A small move along a branch: uses the prediction if it is accurate enough.
 bool predict(const ConcentricTubeArm& arm,
              const Segmentation& parts,
              const JointsRef& q,
              const Branch& branch,
-             Answer& answer) {
+             SweptEnd& answer) {
   if (!branch.known || branch.q.size() != q.size())
     return false;
   answer.root.theta = branch.end_angle;
@@ -96,7 +64,7 @@ ModelStatus CompliantModel::tip(const JointsRef& q, Branch& branch, Tip& tip) co
     return status;
   Segmentation parts;
   segment(arm_, q, parts);
-  Answer answer;
+  SweptEnd answer;
   if (!predict(arm_, parts, q, branch, answer)) {
     if (const ModelStatus status = equilibrium_.find(q, branch, answer.root); status != ModelStatus::kOk)
       return status;
@@ -104,7 +72,7 @@ ModelStatus CompliantModel::tip(const JointsRef& q, Branch& branch, Tip& tip) co
     }
   }
   answer.root.remember(q, branch);
-  toTool(arm_, answer, tip);
+  answer.toTool(arm_, tip);
   return ModelStatus::kOk;
 }
 
@@ -133,9 +101,7 @@ ModelStatus CompliantModel::shape(const JointsRef& q,
   const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(q).beta, root.theta, 1.0, StepDepth::kPose, shape);
   root.linearise(sweep);
   root.remember(q, branch);
-  Eigen::Isometry3d end = Eigen::Isometry3d::Identity();
-  end.linear() = sweep.endRotation();
-  end.translation() = sweep.endPosition();
+  const Eigen::Isometry3d end = endPose(sweep);
   for (ShapePoint& point : shape)
     point.pose = arm_.base * end * point.pose * Eigen::AngleAxisd(point.psi[0], Eigen::Vector3d::UnitZ());
   return ModelStatus::kOk;
@@ -151,16 +117,9 @@ ModelStatus CompliantModel::tipFromEndAngles(const JointsRef& ends,
   Segmentation parts;
   segment(arm_, ends, parts);
   const TubeJoints given(ends);
-  Answer answer;
   const EndAngleSweep<double> sweep(arm_, parts, given.beta, given.alpha, 1.0, StepDepth::kPose);
-  answer.root.theta = given.alpha;
-  answer.by_rotation = sweep.twistByEnd();
-  answer.by_translation = sweep.twistByTranslation();
-  answer.rotation = sweep.endRotation();
-  answer.position = sweep.endPosition();
-  answer.determinant = sweep.determinant();
   alpha = sweep.baseAngle().head(arm_.tubeCount());
-  toTool(arm_, answer, tip);
+  SweptEnd(sweep, given.alpha).toTool(arm_, tip);
   return ModelStatus::kOk;
 }
 

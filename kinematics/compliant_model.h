@@ -17,9 +17,11 @@ namespace tandem::kinematics {
  * Tubes share the backbone, but twist according to their torsional stiffness:
  *   (c_i psi_i')' = b_i (u_x cos psi_i + u_y sin psi_i),   u = (m_xy + sum_j b_j (-sin psi_j, cos psi_j)) / K,
  * with b_i = K_i kappa_i, K_i = E_i I_i, K the sum over the tubes present, c_i = G_i J_i, psi_i the angle in the
- * torsion-free frame, and m the internal moment, zero without a load. psi_i(beta_i) = alpha_i at the motor; the
- * torsional moment of a tube is zero at its end. Behind the entry point the tubes are guided straight and twist
- * independently.
+ * torsion-free frame, and m the internal moment, zero without a load. A helical tube bends in a direction that turns
+ * along it by tau_i: with psi_i that direction, c_i psi_i' becomes c_i (psi_i' - tau_i), and nothing else changes
+ * (Rucker et al. 2010 with the precurvature (0, kappa_i, 0) in a frame of the free tube that turns by tau_i about its
+ * tangent). psi_i(beta_i) = alpha_i at the motor; the torsional moment of a tube is zero at its end. Behind the entry
+ * point the tubes are guided straight and twist independently.
  *
  * Without a load the tip, its Jacobian and its stability are exact up to 1e-9 m; see Equilibrium for branches.
  */

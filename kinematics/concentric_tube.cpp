@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kinematics/concentric_tube.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <stdexcept>
@@ -27,8 +28,21 @@ double Tube::bendingStiffness() const {
 
 double Tube::torsionalStiffness() const { return bendingStiffness() / (1.0 + poisson_ratio); }
 
-void Tube::addSection(double section_length, double curvature) {
-  sections.push_back({section_length, curvature, bendingStiffness(), torsionalStiffness()});
+void Tube::addSection(double section_length, double curvature, double helix_torsion) {
+  sections.push_back({section_length, curvature, bendingStiffness(), torsionalStiffness(), helix_torsion});
+}
+
+double Tube::helixAngle(double along) const {
+  double angle = 0.0;
+  for (const TubeSection& section : sections) {
+    angle += section.helix_torsion * std::clamp(along, 0.0, section.length);
+    along -= section.length;
+  }
+  return angle;
+}
+
+bool Tube::isHelical() const {
+  return std::ranges::any_of(sections, [](const TubeSection& section) { return section.helix_torsion != 0.0; });
 }
 
 void checkArm(const ConcentricTubeArm& arm) {
@@ -42,11 +56,15 @@ void checkArm(const ConcentricTubeArm& arm) {
     for (std::size_t k = 0; k < sections.size(); ++k) {
       const TubeSection& section = sections[k];
       for (const double value : {section.length, section.bending_stiffness, section.torsional_stiffness}) {
-        if (!(value > 0.0) || !std::isfinite(value) || !std::isfinite(section.curvature)) {
+        if (!(value > 0.0) || !std::isfinite(value) || !std::isfinite(section.curvature) ||
+            !std::isfinite(section.helix_torsion)) {
           throw std::invalid_argument(tube + ", section " + std::to_string(k + 1) +
                                       ": length and stiffnesses are above zero, and every number is finite");
         }
       }
+      if (section.curvature == 0.0 && section.helix_torsion != 0.0)
+        throw std::invalid_argument(tube + ", section " + std::to_string(k + 1) +
+                                    ": a straight section has no torsion");
     }
   }
 }

@@ -27,6 +27,9 @@ struct TubeSection {
   double curvature = 0.0;            ///< kappa, 1/m; at alpha = 0 positive bends toward +x of the arm's base frame
   double bending_stiffness = 0.0;    ///< E I, N m^2, above zero
   double torsional_stiffness = 0.0;  ///< G J, N m^2, above zero
+  /// tau, rad/m: the free tube is a helix of this torsion, a circle at 0; toward the tip, the direction in which it
+  /// bends turns about the tube's own axis by tau per length. 0 where the curvature is 0.
+  double helix_torsion = 0.0;
 };
 
 /** One tube: sections of constant precurvature and stiffness, from the proximal end to the tip. SI units. */
@@ -43,8 +46,11 @@ struct Tube {
   double bendingStiffness() const;
   /// G J of the tube's cross-section, N m^2, with J = 2 I.
   double torsionalStiffness() const;
-  /// Appends a section with the stiffness of the tube's cross-section. m, 1/m.
-  void addSection(double section_length, double curvature);
+  /// Appends a section with the stiffness of the tube's cross-section. m, 1/m, rad/m.
+  void addSection(double section_length, double curvature, double helix_torsion = 0.0);
+  /// Angle by which the direction of bending turns over the first `along` of the tube, m: integral of tau, rad.
+  double helixAngle(double along) const;
+  bool isHelical() const;  ///< a section has a tau that is not 0
 };
 
 /** One arm: tubes from the innermost (tube 1, longest) outwards, its base and its tool. */
@@ -64,7 +70,7 @@ struct ConcentricTubeArm {
 
 /** Checks the assumptions of every model.
  * @throw std::invalid_argument that names tube and section: not 2 to 4 tubes, no section or too many, a length or a
- * stiffness that is not above zero, a number that is not finite. */
+ * stiffness that is not above zero, a number that is not finite, a straight section with torsion. */
 void checkArm(const ConcentricTubeArm& arm);
 
 }  // namespace tandem::kinematics

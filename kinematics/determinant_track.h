@@ -54,6 +54,29 @@ class DeterminantTrack {
     propose(determinant(interior(x).z), s_begin + x * (s_end - s_begin));
   }
 
+  /// Parts of a piece of helical tubes: the angles between them turn along it, so the determinant may fall and rise
+  /// again where its slope at the ends does not show it.
+  static constexpr int kHelicalParts = 8;
+
+  /// The same part by part, of equal length.
+  template <class Interior>
+  void addInParts(int parts,
+                  double s_begin,
+                  double s_end,
+                  const Place& begin,
+                  const Place& end,
+                  const Interior& interior) {
+    const double share = 1.0 / parts, length = s_end - s_begin;
+    Place from = begin;
+    for (int k = 0; k < parts; ++k) {
+      const bool last = k + 1 == parts;
+      const Place to = last ? end : interior((k + 1) * share);
+      add(s_begin + k * share * length, last ? s_end : s_begin + (k + 1) * share * length, from, to,
+          [&](double x) { return interior((k + x) * share); });
+      from = to;
+    }
+  }
+
   /// Counts the conjugate points of a piece; `form` is Z_k' B^-1 Z_k+1, with a positive diagonal for absent tubes.
   void count(const SquareForm& form) {
     if (!positive(form))

@@ -20,7 +20,9 @@ namespace tandem::kinematics {
  *
  *   alpha_i = psi_i(0) - t_i(0) F_i,   F_i = integral of 1 / c_i over the tube's part behind the entry point,
  *
- * where nothing couples the tubes, because the backbone is guided straight there. All derivatives are exact: within an
+ * where nothing couples the tubes, because the backbone is guided straight there. psi_i is the direction in which tube
+ * i bends: along a helical tube psi_i' = t_i / c_i + tau_i, and alpha_i is also less by the integral of tau_i over the
+ * part behind the entry point, over the whole tube if its end is there. All derivatives are exact: within an
  * interval they follow from the variational equations; a boundary that moves with its tube adds the difference of the
  * values before and behind it. Matrices have four rows and columns; those of tubes that the arm does not have are those
  * of the identity.
@@ -64,6 +66,8 @@ class EndAngleSweep {
     std::array<double, kMaxTubes> stiffness{};  ///< K_i
     std::array<double, kMaxTubes> torsion{};    ///< c_i
     std::array<double, kMaxTubes> b{};          ///< K_i kappa_i
+    std::array<double, kMaxTubes> helix{};      ///< tau_i, rad/m
+    bool helical = false;                       ///< a tau is not 0
     double total = 0.0;                         ///< K
     std::array<int, kMaxTubes> curved{};        ///< tubes with b != 0
     int curved_count = 0;

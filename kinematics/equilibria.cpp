@@ -46,7 +46,10 @@ double energyOf(const ConcentricTubeArm& arm, const Segmentation& parts, const J
     }
   }
   // Behind the entry point a tube's moment is constant: t F t / 2; t F is the twist there.
-  return energy + 0.5 * sweep.entryMoment().dot(sweep.entryAngle() - sweep.baseAngle());
+  TubeVector twist = sweep.entryAngle() - sweep.baseAngle();
+  for (int i = 0; i < arm.tubeCount(); ++i)
+    twist[i] -= arm.tubes[i].helixAngle(-q[i]);
+  return energy + 0.5 * sweep.entryMoment().dot(twist);
 }
 
 /** Collects equilibria at q. A motor may differ by full turns: the tube's end then differs by the same turns. */
@@ -80,7 +83,7 @@ class Search {
     for (int i = 1; i < arm_.tubeCount(); ++i)
       starts *= across;
     for (int start = 0; start < starts; ++start) {
-      TubeVector theta = joints_.alpha;
+      TubeVector theta = untwistedEnds(arm_, parts_, q_);
       for (int i = 1, rest = start; i < arm_.tubeCount(); ++i, rest /= across)
         theta[i] += kFullAngle * (2.0 * (rest % across) / across - 1.0);
       tryFrom(theta, kLongestFix);

@@ -101,7 +101,7 @@ bool Equilibrium::startAside(const JointsRef& q, Root& root) const noexcept {
 bool Equilibrium::startCold(const JointsRef& q, Root& root) const noexcept {
   Segmentation parts;
   segment(arm_, q, parts);
-  const TubeVector untwisted = TubeJoints(q).alpha;
+  const TubeVector untwisted = untwistedEnds(arm_, parts, q);
   int conjugate_points = 0;
   root.theta = untwisted;
   if (correct(parts, q, 1.0, kFirstGuess, root, conjugate_points) && conjugate_points == 0)

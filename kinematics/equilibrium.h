@@ -13,8 +13,8 @@ namespace tandem::kinematics {
  * dq, in steps that are halved until Newton's corrections are small and the path stays stable. If the branch ends,
  * relax() computes the equilibrium that the arm snaps to, and the result has `snapped`, the released energy and the
  * way of the tip. A cold start switches torsion
- * on: first the tubes do not twist, theta = alpha, then their torsional stiffness falls to the real one along the same
- * kind of path. All iterations are bounded and nothing allocates. */
+ * on: first the tubes do not twist, theta = untwistedEnds(), then their torsional stiffness falls to the real one along
+ * the same kind of path. All iterations are bounded and nothing allocates. */
 class Equilibrium {
  public:
   using Sweep = EndAngleSweep<double>;

@@ -73,7 +73,7 @@ int LoadedSeries::leastOrder(double of_derivatives) {
     const int i = part_.curved[c];
     b_sum += std::abs(part_.b[i]);
     g_max = std::max(g_max, std::abs(part_.b[i]) * part_.compliance[i] / part_.total);
-    twist = std::max(twist, std::abs(start_.torsion[i]) * part_.compliance[i]);
+    twist = std::max(twist, std::abs(start_.torsion[i]) * part_.compliance[i] + std::abs(part_.helix[i]));
   }
   const double moment = std::hypot(start_.moment.x(), start_.moment.y(), start_.torsion.sum());
   const double rate = std::max(
@@ -133,8 +133,11 @@ void LoadedSeries::expandTubes(int k) {
     a_.torsion[k + 1][c] = -scale * torque;
     a_.psi[k + 1][c] = -scale * part_.compliance[part_.curved[c]] * a_.torsion[k][c];
   }
-  if (k == 0)
+  if (k == 0) {
     a_.mz[0] = start_.torsion.sum();
+    for (int c = 0; c < count; ++c)
+      a_.psi[1][c] -= scale * part_.helix[part_.curved[c]];
+  }
 }
 
 /// Terms k of the force, then k + 1 of moment and frame.

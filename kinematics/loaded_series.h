@@ -14,6 +14,7 @@ struct LoadedPart {
   std::array<bool, kMaxTubes> present{};
   TubeVector b = TubeVector::Zero();           ///< K_i kappa_i, N m
   TubeVector compliance = TubeVector::Zero();  ///< 1 / c_i, 0 for tubes that have ended
+  TubeVector helix = TubeVector::Zero();       ///< tau_i, rad/m, 0 for tubes that have ended
   double total = 0.0;                          ///< K, N m^2
   std::array<int, kMaxTubes> curved{};         ///< tubes with b != 0
   int curved_count = 0;
@@ -46,7 +47,7 @@ struct LoadedPoint {
  *
  * In the moving frame, with the moment m and the force n of the part of the arm in front of it:
  *
- *   psi_i' = -t_i / c_i,  t_i' = -b_i (u_x cos psi_i + u_y sin psi_i),  m' = u x m + e_z x n,  n' = u x n,
+ *   psi_i' = -t_i / c_i - tau_i,  t_i' = -b_i (u_x cos psi_i + u_y sin psi_i),  m' = u x m + e_z x n,  n' = u x n,
  *   u = (m_xy + sum_j b_j (-sin psi_j, cos psi_j)) / K,  m_z = sum_i t_i;  R' = -R [u]x,  p' = -R e_z
  *
  * (R, p: the moving frame in that of the distal end). */

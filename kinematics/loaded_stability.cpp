@@ -98,10 +98,8 @@ void LoadedSweep::track(const LoadedSeries& series,
   const Track::Place proximal = place(part, end.state, variations(rotation_ * end.rotation), length);
   if (depth_ == LoadedDepth::kTip) {
     // In halves, because the determinant begins level at the arm's end.
-    const Track::Place middle = within(0.5);
-    const double s_middle = s_ - 0.5 * length;
-    track_.add(s_, s_middle, distal, middle, [&](double x) { return within(0.5 * x); });
-    track_.add(s_middle, s_ - length, middle, proximal, [&](double x) { return within(0.5 + 0.5 * x); });
+    const int parts = part.helix.isZero(0.0) ? 2 : Track::kHelicalParts;
+    track_.addInParts(parts, s_, s_ - length, distal, proximal, within);
   }
   count(distal.z.transpose() * byMoments(series, transition).partialPivLu().solve(proximal.z));
 }

@@ -105,6 +105,7 @@ LoadedPart LoadedSweep::properties(int index) const {
     const TubeSection& properties = arm_.tubes[i].sections[section];
     part.b[i] = properties.bending_stiffness * properties.curvature;
     part.compliance[i] = 1.0 / properties.torsional_stiffness;
+    part.helix[i] = properties.helix_torsion;
     part.total += properties.bending_stiffness;
     if (part.isCurved(i))
       part.curved[part.curved_count++] = i;
@@ -117,12 +118,12 @@ void LoadedSweep::enter(const LoadedPart& part, const LoadedPart* distal, int ow
   auto column = columns_.col(kTranslation + owner);
   Vector2d bend = state_.bend(part);
   column.segment<kMaxTubes>(rows::kTorsion) -= state_.torque(part);
-  column.head<kMaxTubes>() -= part.compliance.cwiseProduct(state_.torsion);
+  column.head<kMaxTubes>() -= part.compliance.cwiseProduct(state_.torsion) + part.helix;
   const Vector3d& n = state_.force;
   if (distal) {
     bend -= state_.bend(*distal);
     column.segment<kMaxTubes>(rows::kTorsion) += state_.torque(*distal);
-    column.head<kMaxTubes>() += distal->compliance.cwiseProduct(state_.torsion);
+    column.head<kMaxTubes>() += distal->compliance.cwiseProduct(state_.torsion) + distal->helix;
   } else {
     column.segment<2>(rows::kMoment) += Vector2d(-n.y(), n.x());
     column[rows::kShift + 2] -= 1.0;
@@ -212,9 +213,12 @@ void LoadedSweep::sample(const LoadedSeries& series) {
 
 void LoadedSweep::transmission() {
   const LoadedPart entry = properties(0);
+  TubeVector straightened = state_.psi;  // angles at the motors without twist
+  for (int i = 0; i < arm_.tubeCount(); ++i)
+    straightened[i] -= arm_.tubes[i].helixAngle(-beta_[i]);
   if (depth_ == LoadedDepth::kUnknowns) {
     const TubeVector compliance = crossTransmission<double>(arm_, parts_, beta_, [](const TubeVector&, double) {});
-    base_angle_ = state_.psi - compliance.cwiseProduct(state_.torsion);
+    base_angle_ = straightened - compliance.cwiseProduct(state_.torsion);
     by_unknowns_.setIdentity();
     const int n = arm_.tubeCount();
     for (int c = 0; c < n + 3; ++c) {
@@ -228,7 +232,7 @@ void LoadedSweep::transmission() {
     return;
   }
   const TubeVector compliance = trackTransmission(entry);
-  base_angle_ = state_.psi - compliance.cwiseProduct(state_.torsion);
+  base_angle_ = straightened - compliance.cwiseProduct(state_.torsion);
   // Derivatives of (psi - F t, turn in the base frame) by all columns.
   Eigen::Matrix<double, kLoadedUnknowns, kColumns> base;
   base.topRows<kMaxTubes>() =
@@ -236,7 +240,7 @@ void LoadedSweep::transmission() {
   base.bottomRows<3>() = (guess_.end * rotation_) * columns_.middleRows<3>(rows::kTurn);
   by_translation_ = base.rightCols<kMaxTubes>();
   for (int i = 0; i < arm_.tubeCount(); ++i)
-    by_translation_(i, i) += state_.torsion[i] * entry.compliance[i];
+    by_translation_(i, i) += state_.torsion[i] * entry.compliance[i] + entry.helix[i];
   const auto by_load = base.middleCols<6>(kForce);
   by_wrench_ = by_load * load_by_wrench_;
   by_unknowns_ = by_load * load_by_unknowns_;

@@ -37,8 +37,10 @@ class Energy {
       for (int j = 0; j < pieces; ++j)
         element_[count_++] = makeElement(arm, interval, length / pieces);
     }
-    for (int i = 0; i < tubes_; ++i)
+    for (int i = 0; i < tubes_; ++i) {
       base_stiffness_[i] = 1.0 / std::max(transmissionCompliance(arm.tubes[i], q[i]), 1e-6);
+      alpha_[i] += arm.tubes[i].helixAngle(-q[i]);
+    }
   }
 
   int nodes() const { return count_ + 1; }
@@ -51,7 +53,7 @@ class Energy {
       const Element& element = element_[k];
       const Vector half = torque(element, psi[k + 1]) * (0.5 * element.length);
       moment -= half;
-      psi[k] = psi[k + 1] - moment.cwiseProduct(element.compliance);
+      psi[k] = psi[k + 1] - moment.cwiseProduct(element.compliance) - element.helix;
       moment -= torque(element, psi[k]) * (0.5 * element.length);
     }
   }
@@ -60,7 +62,7 @@ class Energy {
     double sum = 0.5 * (psi[0] - alpha_).cwiseAbs2().dot(base_stiffness_);
     for (int k = 0; k < count_; ++k) {
       const Element& element = element_[k];
-      const Vector twist = psi[k + 1] - psi[k], middle = 0.5 * (psi[k] + psi[k + 1]);
+      const Vector twist = psi[k + 1] - psi[k] - element.helix, middle = 0.5 * (psi[k] + psi[k + 1]);
       sum += 0.5 * twist.cwiseAbs2().dot(element.stiffness) -
              0.5 * element.length / element.total * bend(element, middle).squaredNorm();
     }
@@ -76,7 +78,7 @@ class Energy {
     diagonal[0] = base_stiffness_.asDiagonal();
     for (int k = 0; k < count_; ++k) {
       const Element& element = element_[k];
-      const Vector stretch = (psi[k + 1] - psi[k]).cwiseProduct(element.stiffness);
+      const Vector stretch = (psi[k + 1] - psi[k] - element.helix).cwiseProduct(element.stiffness);
       const Vector middle = 0.5 * (psi[k] + psi[k + 1]);
       const Vector half = 0.5 * element.length * torque(element, middle);
       const Square quarter = 0.25 * element.length * torqueByPsi(element, middle);
@@ -121,6 +123,7 @@ class Energy {
     Vector b = Vector::Zero();           ///< K_i kappa_i, N m
     Vector stiffness = Vector::Zero();   ///< c_i / length, 0 where the tube has ended
     Vector compliance = Vector::Zero();  ///< length / c_i, 0 where it has ended
+    Vector helix = Vector::Zero();       ///< tau_i length, rad
   };
 
   Element makeElement(const ConcentricTubeArm& arm, const Segmentation::Interval& interval, double length) const {
@@ -134,6 +137,7 @@ class Energy {
       element.b[i] = section.bending_stiffness * section.curvature;
       element.stiffness[i] = section.torsional_stiffness / length;
       element.compliance[i] = length / section.torsional_stiffness;
+      element.helix[i] = section.helix_torsion * length;
     }
     return element;
   }
@@ -165,7 +169,7 @@ class Energy {
   }
 
   int tubes_;
-  Vector alpha_;
+  Vector alpha_;           ///< directions of bending at the entry point if the transmission did not twist
   Vector base_stiffness_;  ///< 1 / F_i, N m / rad
   std::array<Element, kMaxNodes> element_;
   int count_ = 0;

@@ -6,8 +6,13 @@
 #include <limits>
 
 #include "kinematics/constant_curvature.h"
+#include "kinematics/swept_end.h"
 
 namespace tandem::kinematics {
+
+RigidModel::RigidModel(ConcentricTubeArm arm) : TubeModel(std::move(arm)) {
+  helical_ = std::ranges::any_of(arm_.tubes, &Tube::isHelical);
+}
 
 RigidModel::Axes RigidModel::axes(const JointsRef& q) const noexcept {
   Axes axes;
@@ -34,6 +39,8 @@ RigidModel::Bend RigidModel::bend(const Segmentation::Interval& interval, const 
 ModelStatus RigidModel::tip(const JointsRef& q, Branch&, Tip& tip) const noexcept {
   if (const ModelStatus status = checkJoints(arm_, q); status != ModelStatus::kOk)
     return status;
+  if (helical_)
+    return helicalTip(q, tip);
   const int n = arm_.tubeCount();
   Segmentation parts;
   segment(arm_, q, parts);
@@ -101,6 +108,10 @@ ModelStatus RigidModel::shape(const JointsRef& q,
   Segmentation parts;
   segment(arm_, q, parts);
   shape.resize(static_cast<std::size_t>(std::max(points, 2)));
+  if (helical_) {
+    helicalShape(q, shape);
+    return ModelStatus::kOk;
+  }
 
   const Eigen::AngleAxisd roll(q[n], Eigen::Vector3d::UnitZ());
   Eigen::Isometry3d start = arm_.base;
@@ -133,6 +144,31 @@ ModelStatus RigidModel::shape(const JointsRef& q,
     }
   }
   return ModelStatus::kOk;
+}
+
+ModelStatus RigidModel::helicalTip(const JointsRef& q, Tip& tip) const noexcept {
+  Segmentation parts;
+  segment(arm_, q, parts);
+  const TubeVector ends = untwistedEnds(arm_, parts, q);
+  SweptEnd({arm_, parts, TubeJoints(q).beta, ends, 0.0, StepDepth::kPose}, ends).toTool(arm_, tip);
+  return ModelStatus::kOk;
+}
+
+/// Fills `shape`, which has its size.
+void RigidModel::helicalShape(const JointsRef& q, std::vector<ShapePoint>& shape) const {
+  Segmentation parts;
+  segment(arm_, q, parts);
+  const double last = static_cast<double>(shape.size() - 1);
+  for (std::size_t j = 0; j < shape.size(); ++j)
+    shape[j].s = j + 1 == shape.size() ? parts.length() : parts.length() * static_cast<double>(j) / last;
+  const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(q).beta, untwistedEnds(arm_, parts, q), 0.0,
+                                    StepDepth::kPose, shape);
+  const Eigen::Isometry3d end = endPose(sweep);
+  for (ShapePoint& point : shape) {
+    point.pose = arm_.base * end * point.pose * Eigen::AngleAxisd(point.psi[0], Eigen::Vector3d::UnitZ());
+    for (double& moment : point.moment)
+      moment = std::isnan(moment) ? moment : 0.0;
+  }
 }
 
 }  // namespace tandem::kinematics

@@ -17,11 +17,15 @@ namespace tandem::kinematics {
  * of the tube: a boundary at s_k with curvature u_l before and u_r behind adds the rotation R(s_k)(u_l - u_r)
  * about p(s_k); the end of tube 1 also adds R e_z along the backbone. If boundaries of two tubes coincide, the
  * derivative has a jump; the given value is one-sided.
+ *
+ * Along a helical tube the direction of bending turns: alpha_i plus the integral of tau_i from the motor replaces
+ * alpha_i, and u turns with it. Then the backbone is the one that EndAngleSweep integrates for tubes whose torsional
+ * stiffness is infinite (coupling 0), and derivatives of the backbone are central differences.
  */
 class RigidModel final : public TubeModel {
  public:
   /// @throw std::invalid_argument as checkArm() does.
-  explicit RigidModel(ConcentricTubeArm arm) : TubeModel(std::move(arm)) {}
+  explicit RigidModel(ConcentricTubeArm arm);
 
   using ArmModel::shape;
   using ArmModel::tip;
@@ -31,7 +35,8 @@ class RigidModel final : public TubeModel {
                     Branch& branch,
                     int points,
                     std::vector<ShapePoint>& shape) const override;
-  /// Exact: a point at s is the tip of an arm that is cut there. Derivatives are one-sided if a boundary is at s.
+  /// Exact without helical tubes: a point at s is the tip of an arm that is cut there. Derivatives are one-sided if a
+  /// boundary is at s.
   ModelStatus backbone(const JointsRef& q,
                        Branch& branch,
                        const std::vector<double>& s,
@@ -39,6 +44,13 @@ class RigidModel final : public TubeModel {
                        std::vector<BackbonePoint>& points) const override;
 
  private:
+  ModelStatus helicalTip(const JointsRef& q, Tip& tip) const noexcept;
+  void helicalShape(const JointsRef& q, std::vector<ShapePoint>& shape) const;
+  ModelStatus helicalBackbone(const JointsRef& q,
+                              Branch& branch,
+                              const std::vector<double>& s,
+                              bool derivatives,
+                              std::vector<BackbonePoint>& points) const;
   /// Curvature of the backbone in an interval, and the stiffness for it.
   struct Bend {
     Eigen::Vector3d u = Eigen::Vector3d::Zero();  ///< torsion-free frame, 1/m
@@ -53,6 +65,8 @@ class RigidModel final : public TubeModel {
     const double share = section.bending_stiffness / bend.stiffness * section.curvature;
     return {-share * axis.y(), share * axis.x(), 0.0};
   }
+
+  bool helical_ = false;  ///< a tube is
 };
 
 }  // namespace tandem::kinematics

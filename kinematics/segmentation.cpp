@@ -74,4 +74,20 @@ void segment(const ConcentricTubeArm& arm, const JointsRef& q, Segmentation& res
   }
 }
 
+TubeVector untwistedEnds(const ConcentricTubeArm& arm, const Segmentation& parts, const JointsRef& q) noexcept {
+  TubeVector ends = TubeJoints(q).alpha;
+  for (int i = 0; i < arm.tubeCount(); ++i) {
+    const Tube& tube = arm.tubes[i];
+    if (!tube.isHelical())
+      continue;
+    double along = tube.length();
+    for (int k = 0; k < parts.count; ++k) {
+      if (parts.interval[k].section[i] != Segmentation::kAbsent)
+        along = parts.interval[k].end - q[i];  // less where its end is cut off
+    }
+    ends[i] += tube.helixAngle(along);
+  }
+  return ends;
+}
+
 }  // namespace tandem::kinematics

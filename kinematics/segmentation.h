@@ -33,4 +33,8 @@ ModelStatus checkJoints(const ConcentricTubeArm& arm, const JointsRef& q) noexce
 /** Segments the arm at q, for which checkJoints() has to be kOk. Allocates nothing. */
 void segment(const ConcentricTubeArm& arm, const JointsRef& q, Segmentation& result) noexcept;
 
+/// Angles in which the tubes bend at their ends if none twists: alpha_i plus the integral of tau_i from the motor to
+/// the end, rad. @param parts of the arm at q
+TubeVector untwistedEnds(const ConcentricTubeArm& arm, const Segmentation& parts, const JointsRef& q) noexcept;
+
 }  // namespace tandem::kinematics

@@ -19,6 +19,7 @@ struct Part {
   TubeVector bending = TubeVector::Zero();     ///< K_i
   TubeVector b = TubeVector::Zero();           ///< K_i kappa_i
   TubeVector compliance = TubeVector::Zero();  ///< 1 / c_i
+  TubeVector helix = TubeVector::Zero();       ///< tau_i
   double total = 0.0;                          ///< K
 
   Part(const ConcentricTubeArm& arm, const Segmentation::Interval& interval, bool twist) {
@@ -29,6 +30,7 @@ struct Part {
       bending[i] = section.bending_stiffness;
       b[i] = section.bending_stiffness * section.curvature;
       compliance[i] = twist ? 1.0 / section.torsional_stiffness : 0.0;
+      helix[i] = section.helix_torsion;
     }
     total = bending.sum();
   }
@@ -43,9 +45,10 @@ struct State {
   State slope(const Part& part) const {
     State d;
     const Eigen::Vector2d u = curvature(part);
-    d.psi = torsion.cwiseProduct(part.compliance);
+    const TubeVector twist = torsion.cwiseProduct(part.compliance);
+    d.psi = twist + part.helix;
     d.torsion = part.b.array() * (u.x() * psi.array().cos() + u.y() * psi.array().sin());
-    d.energy = 0.5 * d.psi.dot(torsion);
+    d.energy = 0.5 * twist.dot(torsion);
     const Plane m = moments(part);
     for (int i = 0; i < kMaxTubes; ++i)
       d.energy += part.bending[i] > 0.0 ? 0.5 * m.col(i).squaredNorm() / part.bending[i] : 0.0;
@@ -71,7 +74,7 @@ struct State {
   }
   /// m_i'
   Plane momentSlopes(const Part& part) const {
-    const TubeVector rate = torsion.cwiseProduct(part.compliance).cwiseProduct(part.b);
+    const TubeVector rate = (torsion.cwiseProduct(part.compliance) + part.helix).cwiseProduct(part.b);
     const TubeVector x = rate.cwiseProduct(psi.array().cos().matrix()),
                      y = rate.cwiseProduct(psi.array().sin().matrix());
     Plane slopes = Eigen::Vector2d(-x.sum(), -y.sum()) / part.total * part.bending.transpose();
@@ -100,13 +103,13 @@ class Sweep {
       step(part, h);
     moment_ = state_.moments(part);
   }
-  /// To a straight guide, whose tubes have the moments -b_i e_i.
-  void enterGuide(const TubeVector& b) {
-    Plane m;
-    m.row(0) = b.cwiseProduct(state_.psi.array().sin().matrix()).transpose();
-    m.row(1) = -b.cwiseProduct(state_.psi.array().cos().matrix()).transpose();
-    jumpTo(m);
-    loads_.force += shear_.colwise().norm().transpose();
+  /// To a straight guide, whose tubes have the moments -b_i e_i and the forces n_i = b_i tau_i e_i.
+  void enterGuide(const TubeVector& b, const TubeVector& helix) {
+    Plane e;
+    e.row(0) = -state_.psi.array().sin().matrix().transpose();
+    e.row(1) = state_.psi.array().cos().matrix().transpose();
+    jumpTo(-e * b.asDiagonal());
+    loads_.force += (e * b.cwiseProduct(helix).asDiagonal() - shear_).colwise().norm().transpose();
   }
   const State& state() const { return state_; }
 
@@ -164,15 +167,18 @@ TubeLoads tubeLoads(const ConcentricTubeArm& arm,
     sweep.march(part, interval.end - interval.start, parts.length());
   }
   loads.energy = sweep.state().energy;
-  TubeVector b = TubeVector::Zero();  // of the section that passes the entry point
+  TubeVector b = TubeVector::Zero(), helix = TubeVector::Zero();  // of the section that passes the entry point
   for (int i = 0; i < arm.tubeCount(); ++i) {
     double s = beta[i], before = 0.0;
     for (const TubeSection& section : arm.tubes[i].sections) {
       const double behind = std::min(section.length, -s);
       if (behind <= kSliver)
         break;
+      const double shear = b[i] * helix[i];
       b[i] = section.bending_stiffness * section.curvature;
+      helix[i] = section.helix_torsion;
       loads.couple[i] += std::abs(b[i] - before);
+      loads.force[i] += std::abs(b[i] * helix[i] - shear) + behind * std::abs(b[i]) * helix[i] * helix[i];
       loads.energy += 0.5 * behind * b[i] * section.curvature;
       if (twist)
         loads.energy +=
@@ -181,7 +187,7 @@ TubeLoads tubeLoads(const ConcentricTubeArm& arm,
       s += section.length;
     }
   }
-  sweep.enterGuide(b);
+  sweep.enterGuide(b, helix);
   return loads;
 }
 

@@ -25,6 +25,10 @@ int TubeModel::sections(const JointsRef& q, BodySections& sections) const noexce
   return n;
 }
 
+double TubeModel::helixAngle(const JointsRef& q, int body) const noexcept {
+  return arm_.tubes[static_cast<std::size_t>(body)].helixAngle(-q[body]);
+}
+
 std::unique_ptr<TubeModel> makeArmModel(const std::string& name, const ConcentricTubeArm& arm) {
   if (name == "rigid")
     return std::make_unique<RigidModel>(arm);

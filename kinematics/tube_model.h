@@ -14,6 +14,7 @@ class TubeModel : public ArmModel {
   const Eigen::Isometry3d& base() const noexcept override { return arm_.base; }
   /// One section for each tube, from the outermost; empty if a tube ends behind the one around it.
   int sections(const JointsRef& q, BodySections& sections) const noexcept override;
+  double helixAngle(const JointsRef& q, int body) const noexcept override;
 
  protected:
   /// @throw std::invalid_argument as checkArm() does.

@@ -34,8 +34,8 @@ void TubeFriction::update(const safety::ArmVector& q, const kinematics::Branch& 
   kinematics::Segmentation parts;
   kinematics::segment(arm_, q, parts);
   const kinematics::TubeJoints joints(q);
-  const kinematics::TubeLoads loads =
-      kinematics::tubeLoads(arm_, parts, joints.beta, branch.known ? branch.end_angle : joints.alpha, branch.known);
+  const kinematics::TubeVector ends = branch.known ? branch.end_angle : kinematics::untwistedEnds(arm_, parts, q);
+  const kinematics::TubeLoads loads = kinematics::tubeLoads(arm_, parts, joints.beta, ends, branch.known);
   for (int i = 0; i < arm_.tubeCount(); ++i) {
     const double radius = 0.5 * arm_.tubes[static_cast<std::size_t>(i)].outer_diameter;
     wind_up_[i] = mu_ * (loads.couple[i] + radius * loads.force[i]) * compliance_[i];

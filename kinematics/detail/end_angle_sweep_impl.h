@@ -71,6 +71,8 @@ typename EndAngleSweep<Scalar>::Interval EndAngleSweep<Scalar>::properties(int i
     const TubeSection& properties = arm_.tubes[i].sections[section];
     part.torsion[i] = properties.torsional_stiffness;
     part.b[i] = properties.bending_stiffness * properties.curvature;
+    part.helix[i] = properties.helix_torsion;
+    part.helical = part.helical || part.helix[i] != 0.0;
     part.total += properties.bending_stiffness;
     if (part.b[i] != 0.0)
       part.curved[part.curved_count++] = i;
@@ -126,8 +128,11 @@ void EndAngleSweep<Scalar>::enter(const Interval& part, const Interval* distal, 
     if (!part.present[i])
       continue;
     moment_by_beta_(i, owner) -= here[i] - there[i];
-    if (distal && distal->present[i] && distal->torsion[i] != part.torsion[i])
+    const bool continues = distal && distal->present[i];
+    if (continues && distal->torsion[i] != part.torsion[i])
       psi_by_beta_(i, owner) -= moment_[i] * (1.0 / part.torsion[i] - 1.0 / distal->torsion[i]);
+    if (const double helix = part.helix[i] - (continues ? distal->helix[i] : 0.0); helix != 0.0)
+      psi_by_beta_(i, owner) -= helix;
   }
   if (depth_ == StepDepth::kAngles)
     return;
@@ -168,7 +173,7 @@ Eigen::Matrix<Scalar, 2 * NC, kMaxTubes> EndAngleSweep<Scalar>::states(const Int
   for (int c = 0; c < NC; ++c) {
     const int i = part.curved[c];
     state.row(c) = psi.row(i);
-    state.row(NC + c) = moment.row(i) * Scalar(-1.0 / part.torsion[i]);
+    state.row(NC + c) = moment.row(i) * Scalar(-1.0 / part.torsion[i]);  // tau is constant
   }
   return state;
 }
@@ -196,7 +201,7 @@ void EndAngleSweep<Scalar>::crossCurved(const Interval& part, Scalar length) {
     for (int c = 0; c < NC; ++c) {
       const int i = part.curved[c];
       tubes.psi[c] = psi_[i];
-      tubes.rate[c] = moment_[i] * (-1.0 / part.torsion[i]);
+      tubes.rate[c] = moment_[i] * (-1.0 / part.torsion[i]) - part.helix[i];
       tubes.b[c] = part.b[i];
       tubes.g[c] = coupling_ * part.b[i] / (part.total * part.torsion[i]);
     }
@@ -219,7 +224,7 @@ void EndAngleSweep<Scalar>::take(const Interval& part, const TaylorStep<NC, Scal
     for (int c = 0; c < NC; ++c) {
       const int i = part.curved[c];
       point.psi[i] = valueOf(step.psi(c, x));
-      point.moment[i] = valueOf(step.rate(c, x)) * -part.torsion[i];
+      point.moment[i] = (valueOf(step.rate(c, x)) + part.helix[i]) * -part.torsion[i];
       point.curvature += part.b[i] / part.total * Eigen::Vector2d(-std::sin(point.psi[i]), std::cos(point.psi[i]));
     }
   });
@@ -235,7 +240,7 @@ void EndAngleSweep<Scalar>::take(const Interval& part, const TaylorStep<NC, Scal
     const int i = part.curved[c];
     const Scalar torsion(-part.torsion[i]);
     psi_[i] = step.psi(c, 1.0);
-    moment_[i] = step.rate(c, 1.0) * torsion;
+    moment_[i] = (step.rate(c, 1.0) + part.helix[i]) * torsion;
     psi_by_end_.row(i) = end.row(c);
     psi_by_beta_.row(i) = beta.row(c);
     moment_by_end_.row(i) = end.row(NC + c) * torsion;
@@ -325,11 +330,15 @@ void EndAngleSweep<Scalar>::track(const Interval& part,
   s_ -= valueOf(length);
   const Place distal{z, psiSlope(part, length, moment)};
   const Place proximal{psi_by_end_, psiSlope(part, length, moment_by_end_)};
-  track_.add(begin, s_, distal, proximal, [&](double x) {
+  const auto within = [&](double x) {
     Place place{(z + distal.slope * Scalar(x)).eval(), distal.slope};
     interior(x, place.z, place.slope);
     return place;
-  });
+  };
+  if (part.helical)
+    track_.addInParts(DeterminantTrack<Scalar>::kHelicalParts, begin, s_, distal, proximal, within);
+  else
+    track_.add(begin, s_, distal, proximal, within);
   if constexpr (std::is_same_v<Scalar, double>) {  // the index needs no derivatives
     Square force;
     force.setIdentity();  // absent tubes add nothing

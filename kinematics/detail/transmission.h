@@ -10,6 +10,15 @@ namespace tandem::kinematics {
 /// For the index of an equilibrium, a motor at the entry point counts as this far behind it, m.
 inline constexpr double kShortestTransmission = 1e-8;
 
+/// Angle by which a tube bends in another direction at the entry point, or at its end behind it, than at its motor if
+/// it does not twist: the integral of tau, rad. @param beta s of its motor, m @param torsion tau at the entry point,
+/// rad/m
+template <class Scalar>
+Scalar helixBehindEntry(const Tube& tube, const Scalar& beta, double torsion) {
+  const double at = valueOf(beta);
+  return Scalar(tube.helixAngle(-at)) - Scalar(torsion) * (beta - Scalar(at));  // with the derivative by beta
+}
+
 /** Traverses the transmission from the entry point back to the farthest motor, in pieces with constant tube sections.
  * Behind the entry point every tube is guided straight and twists independently, by its moment times the compliance of
  * the pieces.

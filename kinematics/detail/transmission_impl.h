@@ -14,8 +14,10 @@ void EndAngleSweep<Scalar>::transmission() {
   base_by_beta_ = psi_by_beta_;
   for (int i = 0; i < tubes_; ++i) {
     const int entry = parts_.interval[0].section[i];
+    const double helix = entry == Segmentation::kAbsent ? 0.0 : arm_.tubes[i].sections[entry].helix_torsion;
+    base_angle_[i] -= helixBehindEntry(arm_.tubes[i], beta_[i], helix);
     if (entry != Segmentation::kAbsent)
-      base_by_beta_(i, i) += moment_[i] * (1.0 / arm_.tubes[i].sections[entry].torsional_stiffness);
+      base_by_beta_(i, i) += moment_[i] * (1.0 / arm_.tubes[i].sections[entry].torsional_stiffness) + helix;
   }
   const Vector compliance = crossTransmission<Scalar>(arm_, parts_, beta_, [&](const Vector& added, const Scalar& s) {
     const Square z = base_by_end_;

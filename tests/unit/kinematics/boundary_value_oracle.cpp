@@ -41,7 +41,19 @@ double transmissionCompliance(const kinematics::Tube& tube, double beta) {
   return compliance;
 }
 
-/// Rucker, Jones and Webster 2010, equations (28) to (32), stiffness constant over the interval.
+/// Angle by which the precurvature turns about the tube between its motor and the entry point, rad.
+double turnBehindEntry(const kinematics::Tube& tube, double beta) {
+  double angle = 0.0, begin = beta;
+  for (const TubeSection& section : tube.sections) {
+    const double end = begin + section.length;
+    angle += section.helix_torsion * (std::min(end, 0.0) - std::min(begin, 0.0));
+    begin = end;
+  }
+  return angle;
+}
+
+/// Rucker, Jones and Webster 2010, equations (28) to (32), stiffness constant over the interval, in
+/// frames of the tubes with the precurvature (0, kappa_i, tau_i): x_(kRate + i) = u_iz - tau_i.
 struct Interval {
   std::array<const TubeSection*, kTubes> tube{};
   double stiffness = 0.0;
@@ -60,17 +72,17 @@ struct Interval {
       }
     }
     u /= stiffness;
-    u.z() = x[kRate];
+    u.z() = x[kRate] + tube[0]->helix_torsion;
     dx.fill(0.0);
     Eigen::Map<Eigen::Vector3d>(dx.data()) = frame.col(2);
     for (int j = 0; j < 3; ++j)  // R' = R [u]x
       Eigen::Map<Eigen::Vector3d>(dx.data() + kFrame + 3 * j) = frame * u.cross(Eigen::Vector3d::Unit(j));
-    dx[kAngle] = x[kRate];
+    dx[kAngle] = u.z();
     for (int i = 0; i < kTubes; ++i) {
       if (!tube[i])
         continue;
       const double u_ix = u.x() * std::cos(x[kTheta + i]) + u.y() * std::sin(x[kTheta + i]);
-      dx[kTheta + i] = x[kRate + i] - x[kRate];
+      dx[kTheta + i] = x[kRate + i] + tube[i]->helix_torsion - u.z();
       dx[kRate + i] = tube[i]->bending_stiffness / tube[i]->torsional_stiffness * u_ix * tube[i]->curvature;
     }
   }
@@ -124,7 +136,9 @@ BoundaryValueOracle::Shot BoundaryValueOracle::shoot(const Eigen::VectorXd& q,
     solution.moment[i] = entry ? unknown[i] * entry->torsional_stiffness : 0.0;
     x[kRate + i] = entry ? unknown[i] : 0.0;
     psi[i] = q[n + i] + solution.moment[i] * transmissionCompliance(arm_.tubes[i], q[i]);
+    psi[i] += turnBehindEntry(arm_.tubes[i], q[i]);
     x[kTheta + i] = psi[i] - psi[0];
+    solution.end_angle[i] = psi[i];
     if (!entry)
       shot.residual[i] = unknown[i];
   }

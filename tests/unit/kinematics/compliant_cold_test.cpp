@@ -56,7 +56,7 @@ TEST(CompliantColdStart, FindsAStableEquilibriumOfLongTimc2024) { startCold(name
 TEST(CompliantColdStart, FindsAStableEquilibriumOfRandomArms) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 3000; ++seed) {
     Random random(seed);
-    const auto arm = randomArm(random);
+    const auto arm = anyTubes(random);
     const Eigen::VectorXd q = jointsAnywhere(arm, random);
     Tip tip;
     ASSERT_EQ(CompliantModel(arm).tip(q, tip), ModelStatus::kOk) << trace(seed) << "\nq " << q.transpose();
@@ -109,7 +109,7 @@ TEST(CompliantColdStart, IsConnectedToTheUntwistedEquilibrium) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 600; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = seed % 3 == 0 ? randomArm(random) : namedArms()[seed % 3 + 1].arm;
+    const auto arm = seed % 3 == 0 ? anyTubes(random) : namedArms()[seed % 3 + 1].arm;
     const Eigen::VectorXd q = jointsAnywhere(arm, random, 0.1);
     const Grown expected = grow(arm, q);
     if (!expected.whole)

@@ -48,7 +48,7 @@ TEST(CompliantJacobian, IsTheDerivativeForRandomArms) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 250; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = randomArm(random);
+    const auto arm = anyTubes(random);
     const CompliantModel model(arm);
     const Eigen::VectorXd q = jointsAnywhere(arm, random, 0.1);
     const Neighbourhood at(model, q);
@@ -65,7 +65,7 @@ TEST(CompliantJacobian, IsTheDerivativeWhereTubesAreAlignedOrOpposed) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 150; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = random.chance(0.5) ? randomArm(random) : namedArms()[random.integer(0, 3)].arm;
+    const auto arm = random.chance(0.5) ? anyTubes(random) : namedArms()[random.integer(0, 3)].arm;
     const CompliantModel model(arm);
     const int n = arm.tubeCount();
     Eigen::VectorXd q = jointsAnywhere(arm, random, 0.1);
@@ -145,7 +145,7 @@ TEST(CompliantJacobian, IsOneSidedWhereBoundariesMeet) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 300; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = randomArm(random);
+    const auto arm = anyTubes(random);
     const CompliantModel model(arm);
     const Eigen::VectorXd q = jointsAnywhere(arm, random, 1.0);
     const Neighbourhood at(model, q);

@@ -26,7 +26,7 @@ Wrench anyWrench(const ConcentricTubeArm& arm, const Eigen::VectorXd& q, Random&
 
 /// Straight tubes, all with the same length beyond the entry point.
 ConcentricTubeArm straightArm(Random& random, double length, Eigen::VectorXd& q) {
-  auto arm = randomArm(random);
+  auto arm = anyTubes(random);
   arm.base.setIdentity();
   arm.tool.setIdentity();
   const int n = arm.tubeCount();
@@ -53,7 +53,7 @@ TEST(CompliantLoad, AgreesWithShooting) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 200; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = random.chance(0.6) ? randomArm(random) : namedArms()[random.integer(0, 3)].arm;
+    const auto arm = random.chance(0.6) ? anyTubes(random) : namedArms()[random.integer(0, 3)].arm;
     const Eigen::VectorXd q = jointsAnywhere(arm, random, 0.3);
     const Wrench wrench = anyWrench(arm, q, random);
     const CompliantModel model(arm);
@@ -87,7 +87,7 @@ TEST(CompliantLoad, OfNothingIsTheUnloadedArm) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 200; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = randomArm(random);
+    const auto arm = anyTubes(random);
     const Eigen::VectorXd q = jointsAnywhere(arm, random, 0.2);
     const CompliantModel model(arm);
     Tip unloaded;
@@ -171,7 +171,7 @@ TEST(CompliantLoad, JacobianAndComplianceAreDerivatives) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 60; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = random.chance(0.5) ? randomArm(random) : namedArms()[random.integer(0, 1)].arm;
+    const auto arm = random.chance(0.5) ? anyTubes(random) : namedArms()[random.integer(0, 1)].arm;
     const Eigen::VectorXd q = jointsAnywhere(arm, random, 0.0);
     const Wrench wrench = 0.5 * anyWrench(arm, q, random);
     const CompliantModel model(arm);
@@ -219,7 +219,7 @@ TEST(CompliantLoad, IsReciprocal) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 100; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = randomArm(random);
+    const auto arm = anyTubes(random);
     const Eigen::VectorXd q = jointsAnywhere(arm, random, 0.2);
     const CompliantModel model(arm);
     Wrench wrench = anyWrench(arm, q, random);
@@ -244,7 +244,7 @@ TEST(CompliantLoad, BranchHasTheDerivativesOfItsUnknowns) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 60; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = randomArm(random);
+    const auto arm = anyTubes(random);
     const Eigen::VectorXd q = jointsAnywhere(arm, random, 0.0);
     const Wrench wrench = 0.3 * anyWrench(arm, q, random);
     const CompliantModel model(arm);
@@ -287,7 +287,7 @@ TEST(CompliantLoad, AWarmStartIsAtTheEquilibriumOfAColdOne) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 100; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = randomArm(random);
+    const auto arm = anyTubes(random);
     const Eigen::VectorXd q = jointsAnywhere(arm, random, 0.0);
     const Wrench wrench = 0.3 * anyWrench(arm, q, random);
     const CompliantModel model(arm);

@@ -14,7 +14,7 @@ using kinematics::Tip;
 
 ConcentricTubeArm anyArm(Random& random) {
   if (random.chance(0.5))
-    return randomArm(random);
+    return anyTubes(random);
   return random.chance(0.5) ? longCurved(arkArm(0.0), {0.25, 0.25, 0.18}) : namedArms()[random.integer(0, 3)].arm;
 }
 

@@ -48,7 +48,7 @@ TEST(CompliantTip, AgreesWithShootingForRandomArms) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 400; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = randomArm(random);
+    const auto arm = anyTubes(random);
     compareWithOracle(arm, jointsAnywhere(arm, random), tally);
     if (HasFatalFailure())
       return;
@@ -76,7 +76,7 @@ TEST(CompliantTip, BecomesTheRigidModelAsTubesStopTwisting) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 300; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    auto arm = randomArm(random);
+    auto arm = anyTubes(random);
     const Eigen::VectorXd q = jointsAnywhere(arm, random);
     for (auto& tube : arm.tubes) {
       for (auto& section : tube.sections)
@@ -97,7 +97,7 @@ TEST(CompliantTip, TurnsWithAllMotorsAndMirrors) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 300; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    auto arm = randomArm(random);
+    auto arm = anyTubes(random);
     arm.base.setIdentity();
     arm.tool.setIdentity();
     const int n = arm.tubeCount();
@@ -110,7 +110,11 @@ TEST(CompliantTip, TurnsWithAllMotorsAndMirrors) {
     Tip tip, turned_tip, mirrored_tip;
     ASSERT_EQ(model.tip(q, tip), ModelStatus::kOk);
     ASSERT_EQ(model.tip(all, turned_tip), ModelStatus::kOk);
-    ASSERT_EQ(model.tip(mirrored, mirrored_tip), ModelStatus::kOk);
+    for (auto& tube : arm.tubes) {
+      for (auto& section : tube.sections)
+        section.helix_torsion *= -1.0;
+    }
+    ASSERT_EQ(CompliantModel(arm).tip(mirrored, mirrored_tip), ModelStatus::kOk);
     const Eigen::Isometry3d turn(Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()));
     EXPECT_LT(((turn * tip.pose).matrix() - turned_tip.pose.matrix()).norm(), 1e-8 / tip.stability) << q.transpose();
     const Eigen::Vector3d across(1.0, -1.0, 1.0);
@@ -124,7 +128,7 @@ TEST(CompliantShape, EndsWithoutTorsionAndTwistsByItsMoments) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 100; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = randomArm(random);
+    const auto arm = anyTubes(random);
     const Eigen::VectorXd q = jointsAnywhere(arm, random);
     const int n = arm.tubeCount();
     Tip tip;
@@ -180,7 +184,7 @@ TEST(CompliantShape, HasStationaryAndMinimalEnergy) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 100; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = randomArm(random);
+    const auto arm = anyTubes(random);
     Eigen::VectorXd q = jointsAnywhere(arm, random);
     for (int i = 0; i < arm.tubeCount(); ++i)
       q[i] = std::min(q[i], -1e-3);  // a motor at the entry point would fix the angle there

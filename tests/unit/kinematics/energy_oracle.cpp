@@ -20,10 +20,21 @@ double complianceBehind(const kinematics::Tube& tube, double beta, double s) {
   return sum;
 }
 
+/// Angle by which the direction of bending turns about a tube behind the entry point, rad.
+double turnBehind(const kinematics::Tube& tube, double beta) {
+  double sum = 0.0, begin = beta;
+  for (const auto& section : tube.sections) {
+    const double end = begin + section.length;
+    sum += section.helix_torsion * (std::min(end, 0.0) - std::min(begin, 0.0));
+    begin = end;
+  }
+  return sum;
+}
+
 }  // namespace
 
 EnergyOracle::EnergyOracle(const kinematics::ConcentricTubeArm& arm, const Eigen::VectorXd& q, double longest_element)
-    : arm_(arm), n_(arm.tubeCount()), beta_(q.head(n_)), alpha_(q.tail(n_)), compliance_(n_) {
+    : arm_(arm), n_(arm.tubeCount()), beta_(q.head(n_)), alpha_(q.tail(n_)), compliance_(n_), turn_(n_) {
   std::set<double> places{0.0};
   for (int i = 0; i < n_; ++i) {
     double s = q[i];
@@ -33,6 +44,7 @@ EnergyOracle::EnergyOracle(const kinematics::ConcentricTubeArm& arm, const Eigen
         places.insert(s);
     }
     compliance_[i] = complianceBehind(arm.tubes[i], q[i], q[i]);
+    turn_[i] = turnBehind(arm.tubes[i], q[i]);
   }
   double last = q[0];  // summed as above, so that rounding leaves no tiny interval at its end
   for (const auto& section : arm.tubes[0].sections)
@@ -47,7 +59,7 @@ EnergyOracle::EnergyOracle(const kinematics::ConcentricTubeArm& arm, const Eigen
       break;
     const int pieces = std::max(1, static_cast<int>(std::ceil(length / longest_element)));
     Element element;
-    element.b = element.torsion = Vector::Zero(n_);
+    element.b = element.torsion = element.helix = Vector::Zero(n_);
     for (int i = 0; i < n_; ++i) {
       double end = q[i];
       for (const auto& section : arm.tubes[i].sections) {
@@ -56,6 +68,7 @@ EnergyOracle::EnergyOracle(const kinematics::ConcentricTubeArm& arm, const Eigen
           element.stiffness += section.bending_stiffness;
           element.b[i] = section.bending_stiffness * section.curvature;
           element.torsion[i] = section.torsional_stiffness;
+          element.helix[i] = section.helix_torsion;
           break;
         }
       }
@@ -97,6 +110,7 @@ EnergyOracle::State EnergyOracle::slope(const Element& element, const State& x) 
     if (element.torsion[i] > 0.0)
       dx.row(i) = x.row(n_ + i) / element.torsion[i];
   }
+  dx.col(0).head(n_) += element.helix;
   const Vector psi = x.col(0).head(n_);
   dx.col(0).tail(n_) = torque(element, psi);
   dx.bottomRightCorner(n_, n_) = torqueByAngle(element, psi) * x.topRightCorner(n_, n_);
@@ -120,7 +134,7 @@ EnergyOracle::Angles EnergyOracle::shoot(const Vector& theta) {
     smallest_determinant_ = std::min(smallest_determinant_, x.topRightCorner(n_, n_).determinant());
   }
   entry_ = x;
-  alpha_ = x.col(0).head(n_) - x.col(0).tail(n_).cwiseProduct(compliance_);
+  alpha_ = x.col(0).head(n_) - x.col(0).tail(n_).cwiseProduct(compliance_) - turn_;
   return psi;
 }
 
@@ -150,12 +164,12 @@ EnergyOracle::Angles EnergyOracle::interpolate(const std::vector<kinematics::Sha
       const double h = right->s - left->s, x = (place(k) - left->s) / h;
       if (!reaches(i, k) || std::isnan(left->psi[i]))
         continue;
-      const double d0 = h * left->moment[i] / element.torsion[i];
+      const double helix = h * element.helix[i], d0 = h * left->moment[i] / element.torsion[i] + helix;
       if (std::isnan(right->psi[i])) {  // the tube ends between the samples, where its moment is almost zero
-        psi(i, k) = left->psi[i] + 0.5 * d0 * x;
+        psi(i, k) = left->psi[i] + (0.5 * (d0 - helix) + helix) * x;
         continue;
       }
-      const double d1 = h * right->moment[i] / element.torsion[i], y = 1.0 - x;
+      const double d1 = h * right->moment[i] / element.torsion[i] + helix, y = 1.0 - x;
       psi(i, k) = left->psi[i] * y * y * (1.0 + 2.0 * x) + right->psi[i] * x * x * (3.0 - 2.0 * x) + d0 * x * y * y -
                   d1 * x * x * y;
     }
@@ -167,7 +181,7 @@ double EnergyOracle::value(const Angles& psi) const {
   double sum = 0.0;
   for (int i = 0; i < n_; ++i) {
     if (compliance_[i] > 0.0 && reaches(i, 0))
-      sum += 0.5 * std::pow(psi(i, 0) - alpha_[i], 2) / compliance_[i];
+      sum += 0.5 * std::pow(psi(i, 0) - alpha_[i] - turn_[i], 2) / compliance_[i];
   }
   for (int k = 0; k + 1 < nodes(); ++k) {
     const Element& element = element_[k];
@@ -182,7 +196,7 @@ double EnergyOracle::value(const Angles& psi) const {
       sum -= 0.25 * h * (across * across + along * along) / element.stiffness;
     }
     for (int i = 0; i < n_; ++i)
-      sum += 0.5 * element.torsion[i] * std::pow(psi(i, k + 1) - psi(i, k), 2) / h;
+      sum += 0.5 * element.torsion[i] * std::pow(psi(i, k + 1) - psi(i, k) - element.helix[i] * h, 2) / h;
   }
   return sum;
 }

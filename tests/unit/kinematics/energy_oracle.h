@@ -11,8 +11,8 @@ namespace tandem::test {
 
 /** Energy of an unloaded arm over the angles psi_i(s), on a grid that holds every boundary:
  *
- *   sum_i integral c_i psi_i'^2 / 2 ds - integral |sum_i b_i exp(i psi_i)|^2 / (2 K) ds
- *   + sum_i (psi_i(0) - alpha_i)^2 / (2 F_i)
+ *   sum_i integral c_i (psi_i' - tau_i)^2 / 2 ds - integral |sum_i b_i exp(i psi_i)|^2 / (2 K) ds
+ *   + sum_i (psi_i(0) - alpha_i - integral of tau_i behind s = 0)^2 / (2 F_i)
  *
  * without the part that does not depend on psi. Shares no code with kinematics/ but the tubes' data. */
 class EnergyOracle {
@@ -48,7 +48,7 @@ class EnergyOracle {
  private:
   struct Element {
     double begin = 0.0, end = 0.0, stiffness = 0.0;
-    Vector b, torsion;  ///< K_i kappa_i, c_i; c_i = 0 beyond the tube's end
+    Vector b, torsion, helix;  ///< K_i kappa_i, c_i, tau_i; 0 beyond the tube's end
   };
   /// Columns [psi, d psi / d theta], rows [angles, moments].
   using State = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, 8, 5>;
@@ -59,7 +59,7 @@ class EnergyOracle {
 
   kinematics::ConcentricTubeArm arm_;
   int n_;
-  Vector beta_, alpha_, compliance_;
+  Vector beta_, alpha_, compliance_, turn_;
   std::vector<Element> element_;
   double smallest_determinant_ = 1.0;  ///< over the nodes
   State entry_;                        ///< at the entry point

@@ -23,7 +23,7 @@ TEST(StabilityReport, GradientIsTheDerivativeOfTheMinimum) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 300; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = random.chance(0.5) ? randomArm(random) : namedArms()[random.integer(2, 3)].arm;
+    const auto arm = random.chance(0.5) ? anyTubes(random) : namedArms()[random.integer(2, 3)].arm;
     const CompliantModel model(arm);
     const Eigen::VectorXd q = jointsAnywhere(arm, random, 0.1);
     const Neighbourhood at(model, q);
@@ -138,7 +138,7 @@ TEST(Equilibria, HaveDegreeOneAndTheirEnergies) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
     // Curved almost everywhere, so that most joint vectors have several equilibria.
-    const auto arm = random.chance(0.3) ? randomArm(random) : longCurved(arkArm(0.0), {0.25, 0.25, 0.18});
+    const auto arm = random.chance(0.3) ? anyTubes(random) : longCurved(arkArm(0.0), {0.25, 0.25, 0.18});
     const int n = arm.tubeCount();
     const CompliantModel model(arm);
     const Eigen::VectorXd q = jointsAnywhere(arm, random, 0.1);
@@ -182,7 +182,7 @@ TEST(EndAngles, AnswerWithoutABoundaryValueProblem) {
   for (std::uint32_t seed = baseSeed(); seed < baseSeed() + 200; ++seed) {
     SCOPED_TRACE(trace(seed));
     Random random(seed);
-    const auto arm = random.chance(0.5) ? randomArm(random) : namedArms()[random.integer(0, 3)].arm;
+    const auto arm = random.chance(0.5) ? anyTubes(random) : namedArms()[random.integer(0, 3)].arm;
     const int n = arm.tubeCount();
     const CompliantModel model(arm);
     const Eigen::VectorXd ends = jointsAnywhere(arm, random, 0.1);

@@ -55,6 +55,24 @@ inline kinematics::ConcentricTubeArm randomArm(Random& random) {
   return arm;
 }
 
+/// The same arm with helices: most of its curved sections get a torsion of either sign.
+inline kinematics::ConcentricTubeArm helical(kinematics::ConcentricTubeArm arm, Random& random) {
+  for (kinematics::Tube& tube : arm.tubes) {
+    for (kinematics::TubeSection& section : tube.sections) {
+      if (section.curvature != 0.0 && random.chance(0.8))
+        section.helix_torsion = random.uniform(-40.0, 40.0);
+    }
+  }
+  return arm;
+}
+
+/// A random arm, every third one of helices.
+inline kinematics::ConcentricTubeArm anyTubes(Random& random) {
+  const kinematics::ConcentricTubeArm arm = randomArm(random);
+  Random own(static_cast<std::uint32_t>(1e9 * arm.tubes[0].outer_diameter));  // what `random` draws next stays the same
+  return own.chance(1.0 / 3.0) ? helical(arm, own) : arm;
+}
+
 inline safety::ArmLimits limitsOf(const kinematics::ConcentricTubeArm& arm,
                                   double velocity = safety::kUnlimited,
                                   double acceleration = safety::kUnlimited) {
