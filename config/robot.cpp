@@ -27,17 +27,28 @@ void warnOfStrain(const Map& map, const Tube& tube) {
   }
 }
 
+void checkTorsion(const Map& map, const Tube& tube) {
+  const kinematics::TubeSection& section = tube.sections.back();
+  if (section.curvature == 0.0 && section.helix_torsion != 0.0)
+    map.fail("torsion", "found " + map.inUnit("torsion", section.helix_torsion) +
+                            " where the curvature is 0, expected 0: a straight tube has no torsion");
+}
+
 void readSections(const Map& map, Tube& tube) {
   if (!map.has("sections")) {
     tube.addSection(map.number("straight_length"), 0.0);
-    tube.addSection(map.number("curved_length"), map.number("curvature"));
+    tube.addSection(map.number("curved_length"), map.number("curvature"), map.number("torsion"));
     warnOfStrain(map, tube);
+    checkTorsion(map, tube);
     return;
   }
+  if (map.has("torsion"))
+    map.fail("torsion", "found together with sections, expected the key in the sections");
   map.each("sections", [&](const Map& section) {
     tube.addSection(section.number("length"), 0.0);  // with the stiffnesses of the cross-section
     section.read(tube.sections.back());
     warnOfStrain(section, tube);
+    checkTorsion(section, tube);
   });
 }
 

@@ -14,21 +14,28 @@ using kinematics::Tube;
 using kinematics::TubeSection;
 using safety::JointLimit;
 
-const Mapping kSectionTable{"section",
-                            "Section of a tube with constant properties. Give stiffnesses if they do not follow from "
-                            "the cross-section (cut patterns, other materials).",
-                            {
-                                positive("length", kLength, "length", &TubeSection::length).required(),
-                                number("curvature",
-                                       kCurvature,
-                                       "kappa; positive bends toward +x of the arm's base at alpha = 0",
-                                       &TubeSection::curvature)
-                                    .required(),
-                                positive("bending_stiffness", kStiffness, "E I", &TubeSection::bending_stiffness)
-                                    .defaultNote("E times I of the cross-section"),
-                                positive("torsional_stiffness", kStiffness, "G J", &TubeSection::torsional_stiffness)
-                                    .defaultNote("G times J of the cross-section"),
-                            }};
+constexpr auto kTorsionMeaning =
+    "tau of a helical tube: toward the tip, the direction in which it bends turns about its own axis by so many "
+    "radians "
+    "per length; positive for a right-handed helix";
+
+const Mapping kSectionTable{
+    "section",
+    "Section of a tube with constant properties. Give stiffnesses if they do not follow from "
+    "the cross-section (cut patterns, other materials).",
+    {
+        positive("length", kLength, "length", &TubeSection::length).required(),
+        number("curvature",
+               kCurvature,
+               "kappa; positive bends toward +x of the arm's base at alpha = 0",
+               &TubeSection::curvature)
+            .required(),
+        number("torsion", kCurvature, kTorsionMeaning, &TubeSection::helix_torsion).defaultsTo(0.0),
+        positive("bending_stiffness", kStiffness, "E I", &TubeSection::bending_stiffness)
+            .defaultNote("E times I of the cross-section"),
+        positive("torsional_stiffness", kStiffness, "G J", &TubeSection::torsional_stiffness)
+            .defaultNote("G times J of the cross-section"),
+    }};
 
 const Mapping kTubeTable{
     "tube",
@@ -60,6 +67,7 @@ const Mapping kTubeTable{
         number("curvature", kCurvature, "kappa; positive bends toward +x of the arm's base at alpha = 0")
             .defaultNote("`sections`")
             .usually(0.1, 200.0),
+        number("torsion", kCurvature, kTorsionMeaning).defaultsTo(0.0).usually(0.1, 200.0),
         mapping("sections", kSectionTable, "sections of constant properties, from the proximal end to the tip")
             .list(1, kinematics::kMaxTubeSections)
             .defaultNote("a straight and a curved one"),

@@ -22,7 +22,7 @@ arms:
       - {outer_diameter_mm: 1, inner_diameter_mm: 0, youngs_modulus_GPa: 60, poisson_ratio: 0.3,
          sections: [{length_mm: 250, curvature_per_mm: 0},
                     {length_mm: 70, curvature_per_m: -5, bending_stiffness_Nm2: 0.002, torsional_stiffness_Nm2: 0.001},
-                    {length_m: 0.03, curvature_per_mm: -0.01}]}
+                    {length_m: 0.03, curvature_per_mm: -0.01, torsion_per_mm: 0.02}]}
       - {outer_diameter_m: 0.0018, inner_diameter_m: 0.0012, youngs_modulus_Pa: 5.8e10, poisson_ratio: 0.33,
          straight_length_m: 0.2, curved_length_m: 0.04, curvature_per_m: 5}
     limits:
@@ -162,6 +162,7 @@ TEST(Robot, EveryKeyReachesItsField) {
   EXPECT_DOUBLE_EQ(inner.sections[1].torsional_stiffness, 1e-3);
   EXPECT_DOUBLE_EQ(inner.sections[2].length, 0.03);
   EXPECT_DOUBLE_EQ(inner.sections[2].curvature, -10.0);
+  EXPECT_DOUBLE_EQ(inner.sections[2].helix_torsion, 20.0);
   EXPECT_DOUBLE_EQ(arm.model.tubes[0].youngs_modulus, 60e9);
   EXPECT_DOUBLE_EQ(arm.model.tubes[1].outer_diameter, 1.8e-3);
   EXPECT_DOUBLE_EQ(arm.model.tubes[1].youngs_modulus, 58e9);
@@ -341,23 +342,6 @@ TEST(Robot, StrainWarningNamesTheSection) {
                                    "wall by 5 %"),
             std::string::npos)
       << robot.warnings[0];
-}
-
-TEST(Robot, SectionsSayTheSameAsLengths) {
-  const std::string ark = readAll(presets() / "robots/ark2024.yaml");
-  const Robot usual = load(ark);
-  const Robot robot =
-      load(replaced(ark, "straight_length_mm: 387, curved_length_mm: 50, curvature_per_mm: 0.01}",
-                    "sections: [{length_mm: 387, curvature_per_mm: 0}, {length_mm: 50, curvature_per_mm: 0.01}]}"));
-  const kinematics::Tube &a = usual.arms[0].model.tubes[0], &b = robot.arms[0].model.tubes[0];
-  ASSERT_EQ(b.sections.size(), 2u);
-  for (int k = 0; k < 2; ++k) {
-    EXPECT_EQ(a.sections[k].length, b.sections[k].length);
-    EXPECT_EQ(a.sections[k].curvature, b.sections[k].curvature);
-    EXPECT_EQ(a.sections[k].bending_stiffness, b.sections[k].bending_stiffness);
-    EXPECT_EQ(a.sections[k].torsional_stiffness, b.sections[k].torsional_stiffness);
-  }
-  EXPECT_EQ(usual.arms[0].home, robot.arms[0].home);
 }
 
 TEST(Robot, HardwareNeedsFiniteLimits) {
