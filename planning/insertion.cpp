@@ -39,6 +39,9 @@ void setInsertion(const Arms& arms, const safety::RobotVector& start, Trajectory
   insertion->tips.clear();
   TipFollower tips(arms.models);
   tips.update(start);  // from here on along the path
+  const auto helixAngle = [&](const safety::RobotVector& q, int tube) {
+    return arms.models[at(spec.arm)]->helixAngle(q.segment(first, arms.size(spec.arm)), tube);
+  };
   for (int k = 1; k <= spec.point_count; ++k) {
     double left = length * k / spec.point_count;
     safety::RobotVector q = start;
@@ -46,6 +49,10 @@ void setInsertion(const Arms& arms, const safety::RobotVector& start, Trajectory
       const double part = std::min(left, stage.length);
       q.segment(first, stage.tubes).array() += part;
       left -= part;
+    }
+    for (int i = 0; i < tubes; ++i) {
+      if (const double turn = helixAngle(start, i) - helixAngle(q, i); turn != 0.0)
+        q[first + tubes + i] += turn;
     }
     if (!tips.update(q))
       fail("at point " + std::to_string(k) + ": " + std::string(kinematics::describe(tips.status())));
