@@ -10,6 +10,10 @@ using planning::teleoperation::TipOrientation;
 
 }  // namespace
 
+std::string nameOf(TipOrientation orientation) {
+  return orientation == TipOrientation::kAxis ? "axis" : orientation == TipOrientation::kFull ? "full" : "ignored";
+}
+
 planning::TaskFreedom orientationFreedom(const config::Robot& robot,
                                          const RobotModel& model,
                                          int arm,
@@ -36,11 +40,10 @@ planning::TaskFreedom orientationFreedom(const config::Robot& robot,
 std::string orientationRefusal(const config::Robot& robot, const RobotModel& model, TipOrientation orientation) {
   if (const std::string why = refusal(robot, Capability::kTips); !why.empty())
     return why;
-  const std::string word = orientation == TipOrientation::kAxis ? "axis" : "full";
   for (int k = 0; k < model.armCount(); ++k) {
     const planning::TaskFreedom freedom = orientationFreedom(robot, model, k, orientation);
     if (freedom.rank < freedom.rows)
-      return "found " + word + " with " + robot.arms[static_cast<std::size_t>(k)].name +
+      return "found " + nameOf(orientation) + " with " + robot.arms[static_cast<std::size_t>(k)].name +
              ", whose joints turn its tip with rank " + std::to_string(freedom.rank) +
              " behind its position (at home), expected rank " + std::to_string(freedom.rows);
   }

@@ -10,6 +10,9 @@
 
 namespace tandem::robots {
 
+/// "ignored", "axis" or "full", as in deployments.
+std::string nameOf(planning::teleoperation::TipOrientation orientation);
+
 /// Freedom that the position of an arm's tip leaves to its orientation, at home. @param model  with Capability::kTips
 planning::TaskFreedom orientationFreedom(const config::Robot& robot,
                                          const RobotModel& model,

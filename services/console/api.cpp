@@ -13,6 +13,7 @@
 #include "config/values.h"
 #include "kinematics/tasks/task_kind.h"
 #include "robots/capability.h"
+#include "robots/orientation_freedom.h"
 #include "robots/overlap.h"
 #include "robots/robot_type.h"
 #include "safety/faults.h"
@@ -177,6 +178,25 @@ Json describeRegions(const teleoperation::GuardOptions& guard) {
           {"workspace", guard.workspace ? describeBox(*guard.workspace) : Json(nullptr)}};
 }
 
+/// What of the orientation of tips operators command, and why the arms cannot follow each kind (empty: they can).
+Json describeTeleoperation(const config::Deployment& deployment, const config::Robot& robot) {
+  using teleoperation::TipOrientation;
+  Json refused;
+  const auto add = [&](TipOrientation orientation, const std::string& why) {
+    refused[robots::nameOf(orientation)] = why;
+  };
+  const std::string no_tips = refusal(robot, robots::Capability::kTips);
+  if (no_tips.empty()) {
+    const robots::RobotModel model(robot, deployment.model);
+    for (const TipOrientation orientation : {TipOrientation::kAxis, TipOrientation::kFull})
+      add(orientation, robots::orientationRefusal(robot, model, orientation));
+  } else {
+    for (const TipOrientation orientation : {TipOrientation::kAxis, TipOrientation::kFull})
+      add(orientation, no_tips);
+  }
+  return {{"orientation", robots::nameOf(deployment.teleoperation.options.rotation.followed)}, {"refused", refused}};
+}
+
 Json describeBudgets(const config::Deployment& deployment) {
   const safety::Budgets& budgets = deployment.budgets;
   return {{"command_age", budgets.commandAge(deployment.control_period)},
@@ -282,6 +302,7 @@ Json describeRobot(const config::Deployment& deployment, const config::Robot& ro
           {"object", describeObject(robot)},
           {"port", port},
           {"regions", describeRegions(deployment.teleoperation.options.guard)},
+          {"teleoperation", describeTeleoperation(deployment, robot)},
           {"control", describeControl(deployment, robot)},
           {"budgets", describeBudgets(deployment)},
           {"descriptions", describeEnumerations()}};

@@ -107,5 +107,25 @@ TEST(Description, OfForbiddenRegionsAndTheWorkspace) {
   EXPECT_EQ(regions["forbidden"][2]["box"]["max"], (std::vector<double>{1, 1, 1}));
 }
 
+TEST(Description, OfTheOrientationsThatOperatorsCommandAndOfWhatTheArmsCannotTurn) {
+  const auto described = [](const std::string& preset, planning::teleoperation::TipOrientation followed) {
+    config::Deployment deployment = config::loadDeployment(config::findFile(preset, "deployment"));
+    deployment.teleoperation.options.rotation.followed = followed;
+    return describeRobot(deployment, config::loadAnyRobot(deployment.robot))["teleoperation"];
+  };
+  using enum planning::teleoperation::TipOrientation;
+  const auto tubes = described("laptop", kIgnored);
+  EXPECT_EQ(tubes["orientation"], "ignored");
+  EXPECT_EQ(tubes["refused"]["axis"], "");
+  EXPECT_EQ(tubes["refused"]["full"], "");
+  EXPECT_EQ(described("laptop", kAxis)["orientation"], "axis");
+  EXPECT_EQ(described("laptop", kFull)["orientation"], "full");
+  const auto planar = described("planar-pair", kIgnored);
+  EXPECT_NE(planar["refused"]["axis"].get<std::string>().find("turn its tip with rank 0"), std::string::npos) << planar;
+  EXPECT_NE(planar["refused"]["full"].get<std::string>().find("expected rank 3"), std::string::npos) << planar;
+  const auto catheters = described("ablation-pair", kIgnored);
+  EXPECT_NE(catheters["refused"]["axis"].get<std::string>().find("catheters"), std::string::npos) << catheters;
+}
+
 }  // namespace
 }  // namespace tandem::console
