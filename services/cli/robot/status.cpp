@@ -169,12 +169,14 @@ nlohmann::ordered_json statusJson(const config::Deployment& deployment,
 /** Latest tip of each arm that control publishes. */
 class Tips {
  public:
-  Tips(client::Client& client, const config::Robot& robot) : tips_(robot.arms.size()) {
+  Tips(client::Client& client, const config::Robot& robot)
+      : tips_(robot.arms.size()), orientations_(robot.arms.size()) {
     for (std::size_t k = 0; k < tips_.size(); ++k) {
       readers_.push_back(
           client.bus().reader(dds::kMeasuredCp, robot.arms[k].name, [this, k](const dds::PoseStamped& pose) {
             const std::scoped_lock lock(mutex_);
             tips_[k] = pose.position;
+            orientations_[k] = pose.orientation;
           }));
     }
   }
@@ -183,16 +185,18 @@ class Tips {
     const std::scoped_lock lock(mutex_);
     return std::ranges::none_of(tips_, [](const auto& tip) { return tip.is_null(); });
   }
-  /// Adds tip_m, in the robot base frame, to each arm of a status; null: not known.
+  /// Adds tip_m and tip_orientation (x y z w), in the robot base frame, to each arm of a status; null: not known.
   void addTo(nlohmann::ordered_json& json) const {
     const std::scoped_lock lock(mutex_);
-    for (std::size_t k = 0; k < json["arms"].size(); ++k)
+    for (std::size_t k = 0; k < json["arms"].size(); ++k) {
       json["arms"][k]["tip_m"] = tips_[k];
+      json["arms"][k]["tip_orientation"] = orientations_[k];
+    }
   }
 
  private:
   mutable std::mutex mutex_;
-  std::vector<nlohmann::ordered_json> tips_;
+  std::vector<nlohmann::ordered_json> tips_, orientations_;
   std::vector<dds::Reader> readers_;  // last: their callbacks use the others
 };
 
