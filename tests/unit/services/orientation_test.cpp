@@ -196,6 +196,57 @@ TEST(OperatedOrientation, BadQuaternionsAreRefusedUnlessTheyAreIgnored) {
   }
 }
 
+TEST(OperatedOrientation, BadSamplesOfThePageAreRefusedAndTurnNothing) {
+  using enum idl::RefusalReason;
+  Turned s(follows<TipOrientation::kFull>);
+  s.enable(kOperator);
+  s.input.operator_present = 1;
+  s.operate(0.2);
+  const Quaterniond start = s.tip(0).orientation;
+  /// Keys and sticks send rates in the axes of the view, the ring an orientation in those of the base frame.
+  const auto refusal = [&](bool ring, auto change) {
+    dds::TeleopInput bad = s.input;
+    bad.control_session = s.output.status.session;
+    bad.answers_control = s.output.status.sequence;
+    bad.sequence += 1;
+    bad.kind = ring ? 2 : 1;
+    bad.frame = ring ? 0 : 1;
+    bad.view = {0.0, 0.6, 0.0, 0.8};
+    Vector3d::Map(bad.angular.data()) = 0.5 * kAxisA;
+    Eigen::Vector4d::Map(bad.orientation.data()) = turn(0.5).coeffs();
+    change(bad);
+    const std::uint64_t before = s.snapshot.accepted;
+    s.control.onInput(bad, s.now);
+    s.control.fillSnapshots(s.now, s.snapshot, s.crtk);
+    EXPECT_EQ(s.snapshot.accepted, before);
+    const operation::Reason reason = s.snapshot.refusal;
+    s.run(0.03);
+    return reason;
+  };
+  EXPECT_EQ(refusal(false, [](auto& m) { m.angular[2] = std::nan(""); }), kNotFinite);
+  EXPECT_EQ(refusal(false, [](auto& m) { m.angular[0] = -INFINITY; }), kNotFinite);
+  EXPECT_EQ(refusal(false, [](auto& m) { m.view[3] = 0.0; }), kView);
+  EXPECT_EQ(refusal(true, [](auto& m) { m.orientation[1] = std::nan(""); }), kNotFinite);
+  EXPECT_EQ(refusal(true, [](auto& m) { m.orientation.fill(0.0); }), kView);
+  EXPECT_EQ(refusal(true, [](auto& m) { m.orientation[3] += 0.1; }), kView);
+  for (const bool ring : {false, true}) {
+    s.operate(0.02);
+    EXPECT_EQ(refusal(ring, [](auto& m) { m.client = 8; }), kNotCommander);
+    EXPECT_EQ(refusal(ring, [](auto& m) { m.control_session += 1; }), kOtherControl);
+    EXPECT_EQ(refusal(ring, [](auto& m) { m.sequence -= 1; }), kOutOfSequence);
+    s.run(0.15);
+    const std::uint64_t old = s.input.answers_control;
+    EXPECT_EQ(refusal(ring, [old](auto& m) { m.answers_control = old; }), kLate);
+  }
+  EXPECT_LT(angleBetween(s.tip(0).orientation, start), 1e-3);
+  s.input.operator_present = 0;  // as after each stop, it has to be released first
+  s.operate(0.1);
+  s.input.operator_present = 1;
+  Vector3d::Map(s.input.angular.data()) = 0.1 * kAxisA;
+  s.operate(1.0);
+  EXPECT_GT(angleBetween(s.tip(0).orientation, start), 0.03) << "a good one turns";
+}
+
 TEST(CrtkOrientation, EveryCommandTurnsTheTipAndKeepsItsPosition) {
   Turned s(follows<TipOrientation::kFull>);
   s.enable(9);
