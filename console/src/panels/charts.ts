@@ -112,7 +112,7 @@ export class Charts implements Panel {
   }
 
   private take(status: ControlStatus, time: number): void {
-    const plan = this.c.world.plan();
+    const plan = this.c.world.followed(status);
     if (status.task_count > 0) {
       const arms = this.c.robot.arms.map(({ name }) => name);
       errorTraces(status.task_count, plan, arms).forEach((trace, k) => this.error.rename(k, trace));

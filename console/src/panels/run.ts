@@ -201,7 +201,7 @@ export class Run implements Panel {
     const progress = this.progressText(now);
     setText(this.progress, progress);
     setAttribute(this.progress, "title", progress);
-    setText(this.errors, status ? describeErrors(status, plan) : "");
+    setText(this.errors, status ? describeErrors(status, this.c.world.followed(status)) : "");
     const limits = status ? limitsInTheWay(status, this.c.robot.arms) : "";
     setText(this.limits, limits);
     setShown(this.limits, limits !== "");

@@ -74,6 +74,12 @@ export interface Regions {
   workspace: Box | null;
 }
 
+/** How much of the orientation of tips operators command, and why the arms cannot follow the other kinds (empty: they can). */
+export interface Teleoperation {
+  orientation: "ignored" | "axis" | "full";
+  refused: { axis: string; full: string };
+}
+
 /** Of control, in SI. */
 export interface Parameter {
   name: string;
@@ -104,6 +110,7 @@ export interface RobotDescription {
   object: GraspedObject | null;
   port: { frame: Pose; radius: number; depth: number } | null;
   regions: Regions;
+  teleoperation: Teleoperation;
   hardware: boolean;
   lock_step: boolean;
   status_period: number;

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Errors of tasks for people. Control weighs angles with 0.05 m per radian, so that all errors are lengths; here an angle is an angle. */
-import type { ControlStatus, PlanningReference, TaskReference } from "../wire/messages";
-import { Phase, TaskKind } from "../wire/messages";
+import type { ControlStatus, PlanningReference, TaskReference, TeleopStatus } from "../wire/messages";
+import { Phase, Source, TaskKind, TeleopMode } from "../wire/messages";
+import type { Teleoperation } from "./robot";
 
 /** kinematics::kLengthPerRadian, m/rad: of task_error in control/status. */
 const kLengthPerRadian = 0.05;
@@ -28,11 +29,30 @@ const kScales: Partial<Record<number, ErrorScale>> = {
   [TaskKind.elasticStability]: { unit: "", factor: 1 / kLengthPerRadian },
 };
 
+/** The trajectory under way, as far as its tasks are concerned. */
+export type Followed = Pick<PlanningReference, "phase" | "task_count" | "tasks">;
+
+/** What control follows: the tasks of an operator in the order of planning::teleoperation::Pipeline, or the trajectory. */
+export function followed(
+  { source }: Pick<ControlStatus, "source">,
+  plan: PlanningReference | null,
+  teleop: Pick<TeleopStatus, "mode" | "arm" | "other_arm"> | null,
+  orientation: Teleoperation["orientation"],
+): Followed | null {
+  if (source !== Source.teleoperation || !teleop) return plan;
+  const { mode, arm, other_arm } = teleop;
+  const task = (kind: number, whose: number): TaskReference => ({ kind, arm: whose, other_arm }) as TaskReference;
+  const tasks =
+    mode === TeleopMode.tip
+      ? [...new Set([arm, other_arm])].map((k) => task(TaskKind.tipPosition, k))
+      : [task(TaskKind.relativePosition, arm), task(TaskKind.tipPosition, mode === TeleopMode.pair ? arm : other_arm)];
+  if (orientation !== "ignored")
+    tasks.push(task(orientation === "axis" ? TaskKind.tipAxis : TaskKind.tipOrientation, arm));
+  return { phase: Phase.running, task_count: tasks.length, tasks };
+}
+
 /** The tasks of the trajectory under way, if control follows as many; otherwise none: their kinds are not known. */
-export const followedTasks = (
-  count: number,
-  plan: Pick<PlanningReference, "phase" | "task_count" | "tasks"> | null,
-): readonly TaskReference[] =>
+export const followedTasks = (count: number, plan: Followed | null): readonly TaskReference[] =>
   plan !== null && plan.task_count === count && (plan.phase === Phase.running || plan.phase === Phase.paused)
     ? plan.tasks.slice(0, count)
     : [];

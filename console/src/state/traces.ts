@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Names and colours of the lines in charts: an arm's colour means that arm; all else differs by dashes. */
-import type { PlanningReference, TaskReference } from "../wire/messages";
+import type { TaskReference } from "../wire/messages";
 import { TaskKind } from "../wire/messages";
 import { shortName } from "./descriptions";
-import { followedTasks, scaleOf } from "./taskerrors";
+import { type Followed, followedTasks, scaleOf } from "./taskerrors";
 
 /** A line. Its colour is one of the style sheet, --trace-…; an empty name: there is none. */
 export interface Trace {
@@ -53,7 +53,7 @@ function traceOf({ kind, arm, other_arm }: TaskReference, arms: readonly string[
 }
 
 /** Lines of as many tasks as control follows: those of the trajectory under way, otherwise in their order. */
-export function taskTraces(count: number, plan: PlanningReference | null, arms: readonly string[]): Trace[] {
+export function taskTraces(count: number, plan: Followed | null, arms: readonly string[]): Trace[] {
   const tasks = followedTasks(count, plan);
   return kOrdinals.map((ordinal, k) => {
     if (k >= count) return kNoTrace;
@@ -62,7 +62,7 @@ export function taskTraces(count: number, plan: PlanningReference | null, arms: 
 }
 
 /** The same of their errors: a unit other than mm is part of the name. */
-export const errorTraces = (count: number, plan: PlanningReference | null, arms: readonly string[]): Trace[] =>
+export const errorTraces = (count: number, plan: Followed | null, arms: readonly string[]): Trace[] =>
   taskTraces(count, plan, arms).map((trace, k) => {
     const { unit } = scaleOf(followedTasks(count, plan)[k]);
     return unit === "mm" || unit === "" ? trace : { ...trace, name: `${trace.name}, ${unit}` };

@@ -22,6 +22,7 @@ import { Phase } from "../wire/messages";
 import type { ServerClock } from "./server";
 import { Services } from "./services";
 import { stateName, whyNot } from "./descriptions";
+import { type Followed, followed } from "./taskerrors";
 
 export interface ArmSlots {
   measuredJs: Slot;
@@ -135,6 +136,9 @@ export class World {
   halStatus = (): HalStatus | null => this.hal.value();
   moving = (): ActuationLimits | null => this.limits.value();
   plan = (): PlanningReference | null => this.reference.value();
+  /** What control follows: a trajectory, or an operator. */
+  followed = (status: ControlStatus): Followed | null =>
+    followed(status, this.plan(), this.teleop.value(), this.robot.teleoperation.orientation);
   planned = (): Path | null => this.path.value();
   /** Name of the planned trajectory; empty until planning has reported it. */
   trajectoryName = (): string => (this.trajectory.id === this.plan()?.trajectory_id ? this.trajectory.name : "");
