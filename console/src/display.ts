@@ -50,7 +50,7 @@ export class Display {
       role: "application",
       id: "view",
       "aria-label":
-        "The arms in 3D. While teleoperation is on, hold arrow keys, Page Up or Page Down to move the driven tip; letting go stops it.",
+        "The arms in 3D. While teleoperation is on, hold arrow keys, Page Up or Page Down to move the driven tip, and I, K, J, L, U or O to turn it where orientations are followed; letting go stops it.",
     });
     this.view = new View(place, c.robot);
     this.drawing = new Drawing(c, this.view);

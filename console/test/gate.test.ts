@@ -1,9 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
+import { readFileSync } from "node:fs";
+
 import { expect, test, vi } from "vitest";
 
 import type { Condition } from "../src/teleop/gate";
 import { InputGate, kConditions } from "../src/teleop/gate";
-import { Button, buttonBits, kFullSpeed, kKeys, keyVelocity, pressed, stickVelocity } from "../src/teleop/motion";
+import {
+  Button,
+  buttonBits,
+  kFullSpeed,
+  kFullTurn,
+  kKeys,
+  kTurnKeys,
+  keyTurn,
+  keyVelocity,
+  pressed,
+  stickTurn,
+  stickVelocity,
+} from "../src/teleop/motion";
 import { kFirstRepeat, kNextRepeat, Repeats } from "../src/teleop/repeats";
 import { seeded } from "./random";
 
@@ -101,13 +115,37 @@ test("keys: opposite ones cancel, diagonals are no faster", () => {
   }
 });
 
+test("keys that turn are those of the teleoperation client, whose z axis points away, and turn as fast", () => {
+  const folder = `${process.env["TANDEM_SOURCE"] ?? ".."}/services/teleop`;
+  const turns = /turns\{(.*?)\};/s.exec(readFileSync(`${folder}/keyboard.cpp`, "utf8"))![1]!;
+  const keys = [...turns.matchAll(/\{'(.)', \{(-?\d), (-?\d), (-?\d)\}\}/g)].map(
+    ([, key, x, y, z]): [string, number[]] => [`Key${key!.toUpperCase()}`, [Number(x), Number(y), -Number(z)]],
+  );
+  expect(keys.length).toBe(6);
+  const plain = (vector: readonly number[]): number[] => vector.map((value) => value + 0); // no -0
+  expect(Object.fromEntries(keys.map(([code, axis]) => [code, plain(axis)]))).toEqual(kTurnKeys);
+  const speed = /kAngularSpeed = ([\d.]+);/.exec(readFileSync(`${folder}/device.h`, "utf8"))![1];
+  expect(kFullTurn).toBe(Number(speed));
+  expect(Object.keys(kTurnKeys).filter((code) => code in kKeys || code === "KeyC")).toEqual([]);
+  const random = seeded();
+  for (let run = 0; run < 200; ++run) {
+    const codes = [...Object.keys(kTurnKeys), ...Object.keys(kKeys)].filter(() => random() < 0.3);
+    expect(Math.hypot(...keyTurn(codes))).toBeLessThanOrEqual(kFullTurn + 1e-12);
+    expect(Math.hypot(...keyTurn(Object.keys(kKeys)))).toBe(0);
+  }
+});
+
 test("sticks: bounded, and nothing that is not a number goes through", () => {
-  const pad = {
-    axes: [1, -1, 0, 7],
-    buttons: Array.from({ length: 17 }, (_, k) => ({ pressed: k === Button.hold, value: 0 })),
-  };
+  const buttons = (...down: number[]): { pressed: boolean; value: number }[] =>
+    Array.from({ length: 17 }, (_, k) => ({ pressed: down.includes(k), value: 0 }));
+  const pad = { axes: [1, -1, 0, 7], buttons: buttons(Button.hold) };
   expect(stickVelocity(pad)).toEqual([kFullSpeed, kFullSpeed, kFullSpeed]);
-  expect(stickVelocity({ axes: [NaN], buttons: [] }).map(Math.abs)).toEqual([0, 0, 0]);
+  expect(stickTurn(pad).map(Math.abs)).toEqual([0, 0, 0]);
+  const turning = { ...pad, buttons: buttons(Button.hold, Button.turn) };
+  expect(stickTurn(turning)).toEqual([kFullTurn, kFullTurn, kFullTurn]);
+  expect(stickVelocity(turning).map(Math.abs)).toEqual([0, 0, 0]);
+  for (const read of [stickVelocity, stickTurn])
+    expect(read({ axes: [NaN], buttons: [] }).map(Math.abs)).toEqual([0, 0, 0]);
   expect(pressed(pad, Button.hold)).toBe(true);
   expect(pressed(pad, Button.clutch)).toBe(false);
   expect(buttonBits(pad)).toBe(1 << Button.hold);

@@ -17,6 +17,7 @@ const kFree: Situation = {
   planningSilent: "",
   lease: "mine",
   phase: Phase.running,
+  noOrientation: "",
   refused: () => "",
 };
 /** Deeds that take power away or end a motion. */
@@ -39,6 +40,7 @@ test("each condition forbids what it has to, with a reason, in all situations", 
       planningSilent: coin() ? "2.0 s old" : "",
       lease: (["mine", "free", "another's"] as const)[Math.floor(3 * random())]!,
       phase: Math.floor(5 * random()),
+      noOrientation: coin() ? "ignored" : "",
       refused: coin() ? () => "control refuses" : () => "",
     };
     for (const deed of kDeeds) {
@@ -50,6 +52,7 @@ test("each condition forbids what it has to, with a reason, in all situations", 
       if (s.refused(0) !== "" && deed !== "endTrajectory") expect(why).not.toBe("");
       if (s.operator && s.replay) expect(why).toMatch(/^A recording is shown/);
       else if (s.operator && s.phone) expect(why).toMatch(/^On a phone/);
+      else if (s.operator && s.noOrientation !== "") expect(why === "ignored").toBe(deed === "turn");
       if (!s.operator) expect(why).toMatch(/^Viewer/);
     }
   }

@@ -3,62 +3,20 @@
 "use strict";
 const assert = require("node:assert");
 const { monotonic } = require("./harness.js");
+const { kMost, kReaction, operator } = require("./holding.js");
 
-const kReaction = 20000; // ms for a text to follow a device
-const kMost = 1500; // ms from release to standstill, as seen through `tandem status` on a busy machine
-
-module.exports = ({ robot, me, enable, shot }) => {
+module.exports = (tools) => {
+  const { robot, me, shot } = tools;
   const page = () => me().page;
-  let letGo; // of the key that is held
-  async function ready() {
-    await enable();
-    await me().tab("teleoperate");
-    if ((await page().getAttribute("#teleop-on", "aria-pressed")) !== "true") await me().press("#teleop-on");
-    await me().text("#teleop-held", /^○ (ready|released)/);
-    await me().text("#teleop-state", /^released/); // control must first receive the released switch
-    await page().focus("#view");
-  }
-  /** Where the data on the page get old, a hold ends: on a busy machine the operator lets go and holds again. */
-  async function holdingOn(drive, release) {
-    for (let left = 5; ; --left) {
-      try {
-        return await drive();
-      } catch (error) {
-        if (left === 0 || /held:/.test(await page().textContent("#teleop-held"))) throw error;
-        console.log(`    the hold ended: ${error.message}`);
-        await release();
-        await ready();
-      }
-    }
-  }
-  async function hold(key) {
-    await ready();
-    const drive = async () => {
-      letGo = await me().holdKey(key);
-      await me().text("#teleop-held", /held:/, kReaction);
-      await robot().moves(`${key} is held`);
-    };
-    await holdingOn(drive, () => letGo());
-  }
-  async function cut(how, since, words) {
-    await me().text("#teleop-held", words);
-    const took = await robot().stands(how, since);
-    console.log(`    ${how}: the last joint moved ${took.toFixed(0)} ms later, as seen every 100 ms`);
-    assert.ok(took < kMost, `${how}: joints moved for ${took} ms`);
-  }
-  /** After a cut-off, motion does not resume when the cause is removed while the key is still down. */
-  async function staysReleased() {
-    await page().focus("#view");
-    await robot().stands("while the key is down from before", monotonic());
-    assert.doesNotMatch(await page().textContent("#teleop-held"), /held:/);
-    await letGo();
-  }
+  const { ready, holdingOn, hold, cut, staysReleased, gamepad, letGo } = operator(tools);
 
   return {
     async "a held key moves the tip, letting go stops it"() {
-      await hold("ArrowUp");
-      await me().text("#teleop-state", /following/);
-      await shot("console-teleoperation");
+      await hold("ArrowUp", async () => {
+        await robot().moves("ArrowUp is held");
+        await me().text("#teleop-state", /following/);
+        await shot("console-teleoperation");
+      });
       const since = monotonic();
       await letGo();
       await cut("letting go", since, /ready|released/);
@@ -93,10 +51,13 @@ module.exports = ({ robot, me, enable, shot }) => {
         await page().mouse.move(x, y);
         await page().mouse.down();
         await page().mouse.move(x + 25, y + 15, { steps: 5 });
-        await me().text("#teleop-held", /held: pointer/, kReaction);
-        await robot().moves("the pointer drags");
       };
-      await holdingOn(drag, () => page().mouse.up());
+      await holdingOn(
+        drag,
+        "pointer",
+        () => robot().moves("the pointer drags"),
+        () => page().mouse.up(),
+      );
       const since = monotonic();
       await page().mouse.up();
       await cut("letting the pointer go", since, /ready|released/);
@@ -104,47 +65,52 @@ module.exports = ({ robot, me, enable, shot }) => {
 
     async "a gamepad moves the tip, and stops it when it is pulled out"() {
       await ready();
-      // Neither Chromium nor this kernel may have a gamepad: the page receives the event that browsers send.
-      await page().evaluate(() => {
-        const buttons = Array.from({ length: 17 }, () => ({ pressed: false, touched: false, value: 0 }));
-        window.pad = { index: 0, id: "test", connected: true, mapping: "standard", axes: [0, 0, 0, 0], buttons };
-        navigator.getGamepads = () => [window.pad];
-        window.dispatchEvent(Object.assign(new Event("gamepadconnected"), { gamepad: window.pad }));
-      });
-      const set = (axes, held, clutch) =>
-        page().evaluate(
-          ([a, h, c]) => {
-            window.pad.axes = a;
-            for (const [button, down] of [
-              [7, h],
-              [4, c],
-            ])
-              Object.assign(window.pad.buttons[button], { pressed: down, value: +down });
-          },
-          [axes, held, clutch],
-        );
-      await set([0, -1, 0, 0], false, false);
+      const pad = await gamepad();
+      await pad.set([0, -1, 0, 0]);
       const before = monotonic();
       await robot().stands("while the trigger is not held", before);
       const drive = async () => {
-        await set([0, -1, 0, 0], true, false);
-        await me().text("#teleop-held", /held: gamepad/, kReaction);
         await robot().moves("stick and trigger of the gamepad");
-        await set([0, -1, 0, 0], true, true);
+        await pad.set([0, -1, 0, 0], 7, 4);
         await me().text("#teleop-state", /clutched/, kReaction);
-        await set([0, -1, 0, 0], true, false);
+        await pad.set([0, -1, 0, 0], 7);
         await me().text("#teleop-state", /following/, kReaction);
       };
-      await holdingOn(drive, () => set([0, 0, 0, 0], false, false));
+      const press = () => pad.set([0, -1, 0, 0], 7);
+      await holdingOn(press, "gamepad", drive, () => pad.set([0, 0, 0, 0]));
       const since = monotonic();
-      await page().evaluate(() => {
-        const gamepad = window.pad;
-        gamepad.connected = false;
-        navigator.getGamepads = () => [null];
-        window.dispatchEvent(Object.assign(new Event("gamepaddisconnected"), { gamepad }));
-      });
+      await pad.pullOut();
       await cut("pulling the gamepad out", since, /disconnected/);
-      await page().evaluate(() => delete navigator.getGamepads);
+      await pad.forget();
+    },
+
+    async "where turning is ignored, the page offers nothing that turns, and says why"() {
+      await ready();
+      const why =
+        /Turning: The deployment ignores orientations \(teleoperation\.orientation: ignored\); its arms could/;
+      await page().waitForFunction(
+        (source) => [...document.querySelectorAll(".reasons")].some((e) => new RegExp(source).test(e.textContent)),
+        why.source,
+      );
+      assert.ok(await page().locator("#handle").isVisible());
+      assert.ok(!(await page().locator("#ring").isVisible()), "a ring is offered");
+      const [start] = (await robot().until("show its tip", (s) => s.arms[0].tip_orientation)).arms;
+      for (const key of ["KeyU", "KeyI", "KeyL"]) {
+        const before = monotonic();
+        const release = await me().holdKey(key);
+        await robot().stands(`${key} is held`, before);
+        assert.doesNotMatch(await page().textContent("#teleop-held"), /held:/);
+        await release();
+      }
+      const pad = await gamepad();
+      const press = () => pad.set([1, -1, 0, -1], 7, 5);
+      const following = () => me().text("#teleop-state", /following/, kReaction);
+      await holdingOn(press, "gamepad", following, () => pad.set([0, 0, 0, 0]));
+      await robot().stands("sticks that turn", monotonic());
+      await pad.pullOut();
+      await pad.forget();
+      const { arms } = await robot().until("show its tip", () => true);
+      start.tip_orientation.forEach((x, k) => assert.ok(Math.abs(x - arms[0].tip_orientation[k]) < 1e-3));
     },
 
     async "a hidden tab stops teleoperation"() {

@@ -9,7 +9,7 @@ const { Operator, Robot, Server, SlowLink, differing, monotonic } = require("./h
 const setting = JSON.parse(process.argv[2]);
 const only = process.argv.slice(3);
 /** Files of scenes that are played when they are named: by tests of their own. */
-const kOwnTests = ["situations", "preview", "replay", "accessibility", "devices", "charts"];
+const kOwnTests = ["situations", "preview", "replay", "accessibility", "devices", "charts", "orientation"];
 const server = new Server(setting);
 let robot;
 let browser;

@@ -89,6 +89,12 @@ class Replay(Operated):
             "one_arm_recording": self.recording("laptop", system.PRESETS / "robots" / "timc2024.yaml")})
 
 
+class Orientation(Operated):
+    def test_operators_turn_the_tip(self):
+        self.operate("page.js", "teleop", *os.environ.get("TANDEM_SCENES", "orientation").split(),
+                     teleoperation="{orientation: full, leash_mm: 1}")
+
+
 class Catheters(Operated):
     def test_catheters_and_what_they_hold(self):
         robot = self.folder / "loaded.yaml"

@@ -4,6 +4,7 @@ import type { Commander } from "../state/commander";
 import type { Effect, Orders } from "../state/orders";
 import { type Deed, whyNotNow } from "../state/permission";
 import type { Robot } from "../state/robot";
+import { whyNoOrientation } from "../state/turning";
 import { mayCommand } from "../state/robot";
 import { onPhone } from "../state/screen";
 import type { World } from "../state/world";
@@ -46,6 +47,7 @@ export function whyNot(c: Context, deed: Deed, now: number, arm = -1): string {
     planningSilent: c.world.planningSilent(now),
     lease: c.commander.holds ? "mine" : owner === 0n ? "free" : "another's",
     phase: c.world.plan()?.phase ?? Phase.idle,
+    noOrientation: whyNoOrientation(c.robot.teleoperation),
     refused: (action) => c.world.whyNot(action, arm),
   });
 }

@@ -2,6 +2,7 @@
 /** Teleoperation: driven arm, mode, and control's stages of processing. */
 import { shortName } from "../state/descriptions";
 import { Mode } from "../teleop/pilot";
+import { describeOrientation, describeTurn, TurnWatch, turnOf } from "../state/turning";
 import type { TeleopStatus } from "../wire/messages";
 import type { Context, Panel } from "./context";
 import { whyNot } from "./context";
@@ -19,6 +20,10 @@ export class Hands implements Panel {
   private readonly lamp = h("output.lamp", { id: "teleop-held" });
   private readonly state = h("output.line", { id: "teleop-state" });
   private readonly clamped: HTMLElement;
+  /** How far the driven tip is from its commanded orientation. */
+  private readonly turn = h("output.line", { id: "teleop-turn" });
+  private readonly stuck: HTMLElement;
+  private readonly turnWatch = new TurnWatch();
   private readonly numbers = h("output.line");
   private readonly stages = h("ol.stages", { "aria-label": "Teleoperation pipeline, stage by stage" });
   private readonly mode: Choice;
@@ -46,6 +51,7 @@ export class Hands implements Panel {
     );
     this.arm.id = "teleop-on";
     this.clamped = c.notices.line("limits", { id: "teleop-clamped" });
+    this.stuck = c.notices.line("limits", { id: "teleop-stuck" });
     this.scale.value = String(pilot.choice.scale);
     const choose = (): void => {
       pilot.gate.release("the selection was changed"); // so that held input does not continue with another meaning
@@ -72,14 +78,23 @@ export class Hands implements Panel {
       this.driven.element,
       this.mode.element,
       h("label.parameter", {}, h("span", {}, "scale"), this.scale, this.scaleText),
+      h("p.fine", { id: "teleop-orientation" }, describeOrientation(robot.teleoperation)),
       this.state,
+      this.turn,
       this.numbers,
       this.stages,
       h(
         "p.fine",
         {},
-        "Hold to move, let go to stop. In the 3D view: arrows, PageUp and PageDown (or WASD, Q, E); C is the clutch. Drag the driven tip with the pointer, wheel for depth. Gamepad: hold RB or RT, sticks move, LB is the clutch, Back stops.",
+        "Hold to move, let go to stop. In the 3D view: arrows, PageUp and PageDown (or WASD, Q, E); C is the clutch. Drag the driven tip with the pointer, wheel for depth. Gamepad: hold RT, sticks move, LB is the clutch, Back stops.",
       ),
+      robot.teleoperation.orientation === "ignored"
+        ? null
+        : h(
+            "p.fine",
+            {},
+            "Turn: I and K about the view's horizontal axis, J and L about its vertical one, U and O about the line of sight. Drag inside the ring to turn the tip like a ball, along the ring to turn it in the plane of the screen. Gamepad: hold RB, too.",
+          ),
     );
   }
 
@@ -91,10 +106,15 @@ export class Hands implements Panel {
     gate.allow("lease", this.c.commander.holds);
     const why = whyNot(this.c, "teleoperate", now, pilot.choice.arm);
     gate.allow("enabled", why === "");
+    const whyNoTurn = whyNot(this.c, "turn", now, pilot.choice.arm);
+    pilot.turns = whyNoTurn === "";
     setText(this.arm, pilot.armed ? "Teleoperation off" : "Teleoperation on");
     setAttribute(this.arm, "aria-pressed", pilot.armed ? "true" : "false");
     setUsable(this.arm, pilot.armed ? "" : why);
-    this.reasons.show([["Teleoperation", why]]);
+    this.reasons.show([
+      ["Teleoperation", why],
+      ["Turning", whyNoTurn],
+    ]);
     const locked = this.c.replayed === "" ? "" : why; // the choices are those of the robot's pilot
     this.mode.allow(locked);
     this.driven.allow(locked);
@@ -112,6 +132,15 @@ export class Hands implements Panel {
     this.updateStatus(world.teleop.value<TeleopStatus>(), now);
   }
 
+  private updateTurn(teleop: TeleopStatus | null, now: number): void {
+    const turn = turnOf(teleop);
+    setText(this.turn, turn ? describeTurn(turn, shortName(this.c.robot.arms[turn.arm]?.name ?? "")) : "");
+    setShown(this.turn, turn !== null);
+    const why = this.turnWatch.see(now, turn, (turn && this.c.world.tip(turn.arm)?.pose.orientation) ?? null);
+    setShown(this.stuck, why !== "");
+    setText(this.stuck, why);
+  }
+
   private updateStatus(teleop: TeleopStatus | null, now: number): void {
     const fresh = teleop !== null && !this.c.world.stale(this.c.world.teleop, now);
     setClass(this.stages, "stale", !fresh);
@@ -119,6 +148,7 @@ export class Hands implements Panel {
       setText(this.state, "No teleop/status received.");
       return;
     }
+    this.updateTurn(fresh ? teleop : null, now);
     const mine = teleop.client === this.c.commander.client;
     const others = teleop.client !== 0n && !mine ? " (another client)" : "";
     setText(

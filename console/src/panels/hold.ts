@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Buttons that act while they are held: one press of the main pointer button, or Enter or space. */
-import { Repeats } from "../teleop/repeats";
+import { hung, kGap, Repeats } from "../teleop/repeats";
 import { action, usable } from "./dom";
 
-/** Longest gap of the timer, ms; a page that hangs for longer cannot tell whether the button is still held. */
-const kGap = 150;
 /** Longest period of the timer, ms, however seldom it asks. */
 const kTick = 50;
 /** Time for which a button that asks for confirmation is held, ms. */
@@ -91,8 +89,7 @@ export class Hold {
     const now = performance.now();
     if (now - this.last > kGap) {
       this.end();
-      const hung = `this page hung for ${(now - this.last).toFixed(0)} ms, and cannot know whether it was still held`;
-      return this.held.say(`${this.name}: ended, because ${hung}. Let it go, and hold it again.`);
+      return this.held.say(`${this.name}: ended, because ${hung(now - this.last)}. Let it go, and hold it again.`);
     }
     this.last = now;
     if (now - this.asked < pause) return;

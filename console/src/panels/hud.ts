@@ -3,7 +3,7 @@
 import type { Vector3 } from "three";
 
 import { kCloseBelow } from "../scene/closeness";
-import { kClose, kForbidden, kGoal, kNear, kWorkspace } from "../scene/colors";
+import { kAxisColors, kClose, kForbidden, kGoal, kNear, kWorkspace } from "../scene/colors";
 import { kThickness } from "../scene/drawing";
 import { kUnit } from "../scene/forces";
 import type { Insets } from "../scene/fit";
@@ -13,6 +13,9 @@ import { age, ageText } from "../state/age";
 import { shortName } from "../state/descriptions";
 import { forceOf, newtons } from "../state/force";
 import { describeRelative } from "../state/relative";
+import { describeTurn, turnOf } from "../state/turning";
+import { kBall } from "../teleop/ring";
+import type { TeleopStatus } from "../wire/messages";
 import { port } from "../wire/messages";
 import { Choice } from "./choice";
 import type { Context, Panel } from "./context";
@@ -30,10 +33,13 @@ export class Hud implements Panel {
   private readonly near = h("output.figure", { id: "clearance" });
   private readonly relative = h("output.figure", { id: "relative" });
   private readonly forces = h("output.figure", { id: "forces", hidden: true });
+  private readonly turn = h("output.figure", { id: "turn", hidden: true });
   private readonly curtain = h("div.curtain", { hidden: true, id: "curtain" });
   private readonly rate = h("output.rate", { id: "fps" });
   /** Handle at which the pointer grabs the driven tip. */
   private readonly handle = h("div.handle", { id: "handle", hidden: true, "aria-hidden": "true" });
+  /** Ring of the ball by which the pointer turns it. */
+  private readonly ring = h("div.handle.ring", { id: "ring", hidden: true, "aria-hidden": "true" });
   private readonly names: string[];
   private readonly cameras: HTMLElement;
 
@@ -65,9 +71,10 @@ export class Hud implements Panel {
       "small",
     );
     this.legend = this.makeLegend();
-    this.figures = h("div.figures", {}, this.near, this.relative, this.forces);
+    this.figures = h("div.figures", {}, this.near, this.relative, this.forces, this.turn);
     this.cameras = h("div.cameras", { role: "toolbar", "aria-label": "Cameras" }, ...cameras, thick.element, trail);
     view.insets = () => this.insets();
+    this.ring.style.setProperty("--radius", `${kBall}px`);
     this.element = h(
       "div.hud",
       {},
@@ -76,6 +83,7 @@ export class Hud implements Panel {
       this.figures,
       this.rate,
       this.handle,
+      this.ring,
       this.curtain,
     );
   }
@@ -95,6 +103,7 @@ export class Hud implements Panel {
       object && swatch(object.color, "grasped object"),
       ...arms.map(({ color }, k) => swatch(color, `trail of tip ${this.names[k]}`, "thin")),
       h("li", {}, "frames of the tips: ", ...this.axes()),
+      capabilities.tips ? h("li", {}, "dashed, with balls: commanded") : null,
       swatch(kGoal, "target, planned path", "dashed"),
       swatch("#ffffff", "relative position", "thin"),
       capabilities.common_path ? h("li", {}, "arrows at the tips: contact forces") : null,
@@ -104,9 +113,8 @@ export class Hud implements Panel {
       regions.workspace ? swatch(kWorkspace, "workspace of targets", "thin") : null,
     );
   }
-  /** Colours of three.js' AxesHelper. */
   private axes(): HTMLElement[] {
-    return ["#ff4040", "#40d040", "#6080ff"].map((color, k) => {
+    return kAxisColors.map((color, k) => {
       const name = h("b", {}, `${"xyz"[k]} `);
       name.style.color = color;
       return name;
@@ -160,6 +168,9 @@ export class Hud implements Panel {
     setClass(this.relative, "stale", !live);
     this.updateRelative();
     this.updateForces(live);
+    const turn = live ? turnOf(world.teleop.value<TeleopStatus>()) : null;
+    setShown(this.turn, turn !== null);
+    if (turn) setText(this.turn, describeTurn(turn, this.names[turn.arm]));
     this.updateHandle();
     const screen = (points: readonly Vector3[]): string =>
       points
@@ -202,10 +213,13 @@ export class Hud implements Panel {
     const tip = this.view.arms[pilot.choice.arm];
     const shown = pilot.armed && tip?.hasTip === true;
     setShown(this.handle, shown);
+    setShown(this.ring, shown && pilot.turns);
     if (!shown) return;
     const { x, y } = this.view.toScreen(tip.tip);
-    this.handle.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px)`;
-    setClass(this.handle, "held", pilot.gate.held);
+    for (const part of [this.handle, this.ring])
+      part.style.transform = `translate(${x.toFixed(0)}px, ${y.toFixed(0)}px)`;
+    setClass(this.handle, "held", pilot.gate.held && pilot.gate.source !== "ring");
+    setClass(this.ring, "held", pilot.gate.source === "ring");
   }
 
   private updateRelative(): void {

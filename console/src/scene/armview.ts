@@ -54,6 +54,11 @@ export class ArmView {
     this.group.add(this.tube.object, this.trail, this.letter, this.axes, this.entry());
   }
 
+  /** Of the tip, once it is known. */
+  get place(): { position: THREE.Vector3; orientation: THREE.Quaternion } {
+    return { position: this.tip, orientation: this.axes.quaternion };
+  }
+
   /** What the camera has to see: entry, letter, tip and body. @param reach  of an arm whose tip is not known, m */
   extents(reach: number): Extent[] {
     const base = new THREE.Vector3().fromArray(this.arm.base.position);

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Colours of what guides the eye. Those of arms, tubes and grasped object come with the robot (services/console/palette.cpp). */
 
+/** Axes of frames: x, y, z. */
+export const kAxisColors = ["#ff4040", "#40d040", "#6080ff"] as const;
 /** Goals and plans: light, with line styles of their own. */
 export const kGoal = "#f0e442";
 export const kNear = "#cc79a7";

@@ -6,6 +6,7 @@ import type { Context } from "../panels/context";
 import type { TeleopStatus } from "../wire/messages";
 import { TeleopState } from "../wire/messages";
 import { forceOf } from "../state/force";
+import { turnOf } from "../state/turning";
 import type { Slot } from "../wire/link";
 import { closestOf } from "./closeness";
 import { known } from "./object";
@@ -96,6 +97,8 @@ export class Drawing {
     const driven = teleop !== null && (teleop.state === TeleopState.following || teleop.state === TeleopState.clutched);
     const plan = world.plan();
     const tips = this.view.arms.map((arm) => (arm.hasTip ? arm.tip : null));
+    const turn = turnOf(teleop);
+    this.view.commanded.show(turn, turn && tips[turn.arm] ? this.view.arms[turn.arm]?.place : undefined);
     if (driven) {
       const goals = this.view.arms.map((_, k) => [...teleop.tip_target.slice(3 * k, 3 * k + 3)]);
       const ghost = teleop.clamped ? this.ghost(teleop, goals) : null;

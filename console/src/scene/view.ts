@@ -7,6 +7,7 @@ import type { Robot } from "../state/robot";
 import { shortName } from "../state/descriptions";
 import { ArmView } from "./armview";
 import { baseAxis } from "./base";
+import { CommandedFrame } from "./commanded";
 import { fit } from "./fit";
 import type { Extent, Insets } from "./fit";
 import { ForcesView } from "./forces";
@@ -27,6 +28,8 @@ const kSoftwareGap = 100; // ms
 export class View {
   readonly arms: ArmView[];
   readonly guides: Guides;
+  /** Of teleoperation. */
+  readonly commanded = new CommandedFrame();
   /** A checked trajectory. */
   readonly preview: PreviewView;
   /** Of a joint. */
@@ -103,6 +106,7 @@ export class View {
     this.scene.add(this.camera, new THREE.HemisphereLight("#dfe8f5", "#2a3442", 1.1));
     this.scene.add(
       this.guides.group,
+      this.commanded.group,
       this.preview.group,
       this.span.group,
       this.forces.group,

@@ -14,6 +14,8 @@ interface Rule {
   phases?: readonly [readonly number[], string];
   /** It is safe from a page that nobody sees. */
   unseen?: boolean;
+  /** Control has to follow orientations. */
+  orientation?: true;
 }
 
 const kRules = {
@@ -28,6 +30,7 @@ const kRules = {
   jog: { lease: true, action: Action.jog },
   method: { lease: true, action: Action.setMethod },
   teleoperate: { lease: true, action: Action.teleoperate },
+  turn: { lease: true, action: Action.teleoperate, orientation: true },
   start: { lease: true, planning: true, action: Action.start },
   pauseTrajectory: {
     lease: true,
@@ -70,6 +73,8 @@ export interface Situation {
   lease: "mine" | "free" | "another's";
   /** Of the trajectory. */
   phase: number;
+  /** Why operators cannot turn tips, whatever the state; empty if they can. */
+  noOrientation: string;
   /** Why control would refuse an action of the lease owner; empty if it would not. */
   refused(action: number): string;
 }
@@ -80,6 +85,7 @@ export function whyNotNow(deed: Deed, s: Situation): string {
   if (!s.operator) return "Viewer: this page can read and stop, but not command.";
   if (s.replay) return "A recording is shown, not the robot: return to live first.";
   if (s.phone) return "On a phone, this page can watch and stop, but not command.";
+  if (rule.orientation && s.noOrientation !== "") return s.noOrientation;
   if (s.hidden && !rule.unseen) return "This page is hidden.";
   if (!s.connected) return "There is no connection to the server.";
   if (!s.live) return "The robot's data is out of date.";

@@ -3,12 +3,24 @@
 import * as THREE from "three";
 
 import type { View } from "../scene/view";
-import { Button, buttonBits, kKeys, keyVelocity, pressed, stickVelocity } from "./motion";
+import {
+  Button,
+  buttonBits,
+  kKeys,
+  kTurnKeys,
+  keyTurn,
+  keyVelocity,
+  pressed,
+  stickTurn,
+  stickVelocity,
+  type Vector,
+} from "./motion";
 import type { Pilot, Reading } from "./pilot";
 import { Device } from "./pilot";
 import { kNotRepeated, Repeats } from "./repeats";
+import { ballPoint, type Part, partAt, turnBetween } from "./ring";
 
-const kGrab = 24; // radius in pixels around the tip or its target in which the pointer grabs it
+const kAllKeys = [...Object.keys(kKeys), ...Object.keys(kTurnKeys)];
 const kWheel = 2e-5; // m per pixel of the wheel
 
 export class Devices {
@@ -16,7 +28,9 @@ export class Devices {
   private readonly repeats = new Repeats(() => this.dropKeys(kNotRepeated));
   private readonly grabbed = new THREE.Vector3();
   private depth = 0;
-  private pointer: { id: number; x: number; y: number } | null = null;
+  /** Of the ball around the tip since it was grabbed, in the robot's base frame. */
+  private readonly turned = new THREE.Quaternion();
+  private pointer: { id: number; part: Part; x: number; y: number } | null = null;
   private pad: number | null = null;
 
   constructor(
@@ -48,13 +62,26 @@ export class Devices {
     window.addEventListener("focus", look);
     document.addEventListener("visibilitychange", look);
     look();
+    // Whatever may take the release of a key or of the pointer from the page.
+    const ends = (why: string): void => {
+      if (gate.source !== "gamepad") gate.release(why);
+    };
+    window.addEventListener("contextmenu", () => ends("a menu was asked for"), { capture: true });
+    const another = (event: PointerEvent): void => {
+      if (this.pointer && event.pointerId !== this.pointer.id) ends("a second pointer was pressed");
+    };
+    window.addEventListener("pointerdown", another, { capture: true });
+    const button = (event: MouseEvent): void => {
+      if (this.pointer && event.button !== 0) ends("a second button was pressed");
+    };
+    window.addEventListener("mousedown", button, { capture: true });
   }
 
   /** Nothing is known of the keys any more. @param why  the input that they held ends; empty: as if they were let go */
   private dropKeys(why: string): void {
     const { gate } = this.pilot;
     if (why !== "" && this.keys.has(gate.source ?? "")) gate.release(why);
-    for (const code of Object.keys(kKeys)) gate.update(code, false);
+    for (const code of kAllKeys) gate.update(code, false);
     this.keys.clear();
     this.repeats.end();
   }
@@ -64,7 +91,8 @@ export class Devices {
     place.addEventListener("keydown", (event) => {
       if (event.code === "KeyC") this.pilot.clutch = true;
       if (this.keys.size > 0) this.repeats.seen(event.repeat); // of several keys only the last one repeats
-      if (!(event.code in kKeys) || event.ctrlKey || event.altKey || event.metaKey || !this.pilot.armed) return;
+      const offered = event.code in kKeys || (this.pilot.turns && event.code in kTurnKeys);
+      if (!offered || event.ctrlKey || event.altKey || event.metaKey || !this.pilot.armed) return;
       event.preventDefault();
       if (event.repeat) return; // held since before a cut-off: it must be pressed anew
       this.keys.add(event.code);
@@ -96,16 +124,17 @@ export class Devices {
         if (this.pointer?.id !== event.pointerId) return;
         event.stopPropagation();
         const box = place.getBoundingClientRect();
-        this.pointer = { id: event.pointerId, x: event.clientX - box.left, y: event.clientY - box.top };
+        this.drag(event.clientX - box.left, event.clientY - box.top);
       },
       { capture: true },
     );
     for (const end of ["pointerup", "pointercancel", "lostpointercapture"] as const) {
       place.addEventListener(end, (event) => {
         if (this.pointer?.id !== event.pointerId) return;
+        const { part } = this.pointer;
         this.pointer = null;
         this.view.controls.enabled = true;
-        this.pilot.gate.update("pointer", false);
+        this.pilot.gate.update(part, false);
       });
     }
     place.addEventListener(
@@ -128,18 +157,30 @@ export class Devices {
     if (event.button !== 0 || !this.pilot.armed || !arm?.hasTip) return;
     const box = place.getBoundingClientRect();
     const at = { x: event.clientX - box.left, y: event.clientY - box.top };
-    const near = (point: THREE.Vector3): boolean => {
-      const p = this.view.toScreen(point);
-      return Math.hypot(p.x - at.x, p.y - at.y) < kGrab;
-    };
-    if (!near(arm.tip)) return;
+    const tip = this.view.toScreen(arm.tip);
+    const part = partAt(Math.hypot(tip.x - at.x, tip.y - at.y));
+    if (part === null || (part === "ring" && !this.pilot.turns) || this.pointer) return;
     event.stopPropagation();
     this.view.controls.enabled = false;
     this.grabbed.copy(arm.tip);
     this.depth = 0;
-    this.pointer = { id: event.pointerId, ...at };
+    this.turned.identity();
+    this.pointer = { id: event.pointerId, part, ...at };
     place.setPointerCapture(event.pointerId);
-    this.pilot.gate.update("pointer", true);
+    this.pilot.gate.update(part, true);
+  }
+
+  /** The pointer that has grabbed something moves to these pixels. */
+  private drag(x: number, y: number): void {
+    const pointer = this.pointer!;
+    if (pointer.part === "ring") {
+      const centre = this.view.toScreen(this.grabbed);
+      const point = (at: { x: number; y: number }): Vector => ballPoint(at.x - centre.x, centre.y - at.y);
+      const { quaternion } = this.view.camera;
+      const turn = new THREE.Quaternion(...turnBetween(point(pointer), point({ x, y })));
+      this.turned.premultiply(turn.premultiply(quaternion).multiply(quaternion.clone().conjugate())).normalize();
+    }
+    this.pointer = { ...pointer, x, y };
   }
 
   private watchGamepads(): void {
@@ -159,7 +200,7 @@ export class Devices {
     setInterval(() => {
       const pad = this.gamepad();
       if (!pad) return;
-      this.pilot.gate.update("gamepad", pressed(pad, Button.hold) || pressed(pad, Button.holdTrigger));
+      this.pilot.gate.update("gamepad", pressed(pad, Button.hold));
       if (this.pilot.gate.source === "gamepad") this.pilot.clutch = pressed(pad, Button.clutch);
       const stopDown = pressed(pad, Button.leaveStop);
       if (stopDown && !stopWasDown) this.stop("stop on the gamepad");
@@ -180,7 +221,12 @@ export class Devices {
         this.pilot.gate.release("the gamepad was disconnected");
         return { device: Device.gamepad, velocity: [0, 0, 0] };
       }
-      return { device: Device.gamepad, velocity: stickVelocity(pad), buttons: buttonBits(pad) };
+      const [velocity, angular] = [stickVelocity(pad), stickTurn(pad)];
+      return { device: Device.gamepad, velocity, angular, buttons: buttonBits(pad) };
+    }
+    if (source === "ring" && this.pointer) {
+      const { x, y, z } = this.grabbed;
+      return { device: Device.pointer, position: [x, y, z], orientation: this.turned.toArray() };
     }
     if (source === "pointer" && this.pointer) {
       const point = this.view.onPlane(this.pointer.x, this.pointer.y, this.grabbed) ?? this.grabbed.clone();
@@ -188,6 +234,6 @@ export class Devices {
       point.addScaledVector(away, this.depth);
       return { device: Device.pointer, position: [point.x, point.y, point.z] };
     }
-    return { device: Device.keyboard, velocity: keyVelocity(this.keys) };
+    return { device: Device.keyboard, velocity: keyVelocity(this.keys), angular: keyTurn(this.keys) };
   }
 }

@@ -1,10 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/** Device velocities from keys and sticks, in the axes of the view: x right, y up, z toward the viewer. */
+/** Device velocities from keys and sticks, in the axes of the view: x right, y up, z toward the viewer. Rotations follow the right-hand rule. */
 
 export type Vector = readonly [number, number, number];
+/** x y z w, unit. */
+export type Quaternion = readonly [number, number, number, number];
 
 /** m/s of the device at full deflection, before the scale. */
 export const kFullSpeed = 0.02;
+/** rad/s likewise, as of the teleoperation client. */
+export const kFullTurn = 0.5;
 
 /** By KeyboardEvent.code, which depends on the position of the key and not on the keyboard's language. */
 export const kKeys: Readonly<Record<string, Vector>> = {
@@ -22,16 +26,30 @@ export const kKeys: Readonly<Record<string, Vector>> = {
   KeyQ: [0, 0, 1],
 };
 
-/** Diagonals are no faster than single axes. */
-export function keyVelocity(codes: Iterable<string>): Vector {
-  const sum = [0, 0, 0];
-  for (const code of codes) kKeys[code]?.forEach((value, k) => (sum[k]! += value));
-  const length = Math.hypot(...sum);
-  const factor = length > 0 ? kFullSpeed / length : 0;
-  return [factor * sum[0]!, factor * sum[1]!, factor * sum[2]!];
-}
+/** Keys that turn about these axes: those of the teleoperation client (services/teleop/keyboard.cpp), whose z axis points away. */
+export const kTurnKeys: Readonly<Record<string, Vector>> = {
+  KeyI: [1, 0, 0],
+  KeyK: [-1, 0, 0],
+  KeyL: [0, 1, 0],
+  KeyJ: [0, -1, 0],
+  KeyU: [0, 0, 1],
+  KeyO: [0, 0, -1],
+};
 
-export const Button = { leaveStop: 8, clutch: 4, hold: 5, holdTrigger: 7 };
+/** Diagonals are no faster than single axes. */
+function sum(keys: Readonly<Record<string, Vector>>, codes: Iterable<string>, full: number): Vector {
+  const all = [0, 0, 0];
+  for (const code of codes) keys[code]?.forEach((value, k) => (all[k]! += value));
+  const length = Math.hypot(...all);
+  const factor = length > 0 ? full / length : 0;
+  return [factor * all[0]!, factor * all[1]!, factor * all[2]!];
+}
+/** m/s */
+export const keyVelocity = (codes: Iterable<string>): Vector => sum(kKeys, codes, kFullSpeed);
+/** rad/s */
+export const keyTurn = (codes: Iterable<string>): Vector => sum(kTurnKeys, codes, kFullTurn);
+
+export const Button = { leaveStop: 8, clutch: 4, turn: 5, hold: 7 };
 
 export interface Sticks {
   axes: readonly number[];
@@ -44,11 +62,14 @@ const axis = (sticks: Sticks, index: number): number => {
 };
 
 /** Standard mapping: left stick across the view, vertical axis of the right stick along it. Control applies the dead band. */
-export const stickVelocity = (sticks: Sticks): Vector => [
-  kFullSpeed * axis(sticks, 0),
-  -kFullSpeed * axis(sticks, 1),
-  kFullSpeed * axis(sticks, 3),
-];
+const deflection = (sticks: Sticks): Vector => [axis(sticks, 0), -axis(sticks, 1), axis(sticks, 3)];
+const times = (factor: number, [x, y, z]: Vector): Vector => [factor * x, factor * y, factor * z];
+
+/** Of the sticks, as of the teleoperation client: while the button `turn` is held they turn about their axes, and move nothing. */
+export const stickVelocity = (sticks: Sticks): Vector =>
+  times(pressed(sticks, Button.turn) ? 0 : kFullSpeed, deflection(sticks));
+export const stickTurn = (sticks: Sticks): Vector =>
+  times(pressed(sticks, Button.turn) ? kFullTurn : 0, deflection(sticks));
 export const pressed = (sticks: Sticks, button: number): boolean => sticks.buttons[button]?.pressed ?? false;
 export const buttonBits = (sticks: Sticks): number =>
   sticks.buttons.reduce((bits, button, k) => (k < 32 && button.pressed ? (bits | (1 << k)) >>> 0 : bits), 0);

@@ -6,7 +6,8 @@ import type { Robot } from "../state/robot";
 import type { World } from "../state/world";
 import type { Link } from "../wire/link";
 import { InputGate } from "./gate";
-import type { Vector } from "./motion";
+import type { Quaternion, Vector } from "./motion";
+import { hung, kGap } from "./repeats";
 
 export const Mode = { tip: 1, pair: 2, relative: 3 };
 export const Device = { gamepad: 1, keyboard: 3, pointer: 5 };
@@ -24,17 +25,25 @@ export interface Choice {
   scale: number;
 }
 
-/** Sample of a device. */
-export type Reading = { device: number; velocity: Vector; buttons?: number } | { device: number; position: Vector };
+const kNone: Vector = [0, 0, 0];
+const kUpright: Quaternion = [0, 0, 0, 1];
+
+/** Sample of a device: velocities in the axes of the view, m/s and rad/s, or a place in the robot's base frame. */
+export type Reading =
+  | { device: number; velocity: Vector; angular?: Vector; buttons?: number }
+  | { device: number; position: Vector; orientation?: Quaternion };
 
 export class Pilot {
   readonly gate: InputGate;
   readonly choice: Choice;
   clutch = false;
+  /** Rotations are offered, and sent. */
+  turns = false;
   sent = 0;
+  private ticked = 0;
   private sequence = 0n;
   private timer: ReturnType<typeof setInterval> | undefined;
-  private lastReading: Reading = { device: Device.keyboard, velocity: [0, 0, 0] };
+  private lastReading: Reading = { device: Device.keyboard, velocity: kNone };
   /** Reads the device that holds the gate. */
   read: (source: string) => Reading = () => this.lastReading;
   /** Rotation from the view's axes to the base frame's, x y z w. */
@@ -62,12 +71,20 @@ export class Pilot {
     if (on === this.armed) return;
     this.gate.allow("armed", on); // sends the end of holding before it stops sending
     if (on) {
-      this.timer = setInterval(() => this.send(), kPeriod);
+      this.ticked = performance.now();
+      this.timer = setInterval(() => this.tick(), kPeriod);
     } else {
       this.send();
       clearInterval(this.timer);
       this.timer = undefined;
     }
+  }
+
+  private tick(): void {
+    const now = performance.now();
+    if (now - this.ticked > kGap) this.gate.release(hung(now - this.ticked));
+    this.ticked = now;
+    this.send();
   }
 
   private send(): void {
@@ -77,8 +94,8 @@ export class Pilot {
     if (source !== null) this.lastReading = this.read(source);
     const held = this.gate.held; // reading may have found the device disconnected
     const reading = this.lastReading;
-    const position = "position" in reading ? reading.position : null;
-    const velocity = held && "velocity" in reading ? reading.velocity : [0, 0, 0];
+    const place = "position" in reading ? reading : null;
+    const rates = held && "velocity" in reading ? reading : null;
     this.sequence += 1n;
     const message = {
       client: this.commander.client,
@@ -92,13 +109,13 @@ export class Pilot {
       mode: this.choice.mode,
       arm: this.choice.arm,
       other_arm: this.choice.otherArm,
-      kind: position ? kPose : kVelocity,
-      frame: position ? kBaseFrame : kViewFrame,
-      view: position ? [0, 0, 0, 1] : this.view(),
-      linear: velocity,
-      angular: [0, 0, 0],
-      position: position ?? [0, 0, 0],
-      orientation: [0, 0, 0, 1],
+      kind: place ? kPose : kVelocity,
+      frame: place ? kBaseFrame : kViewFrame,
+      view: place ? kUpright : this.view(),
+      linear: rates?.velocity ?? kNone,
+      angular: (this.turns && rates?.angular) || kNone,
+      position: place?.position ?? kNone,
+      orientation: (this.turns && place?.orientation) || kUpright,
       scale: this.choice.scale,
       buttons: "buttons" in reading ? (reading.buttons ?? 0) : 0,
     };

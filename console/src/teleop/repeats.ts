@@ -5,6 +5,11 @@
 /** Longest delay of the first repetition, and longest period of the others, as operating systems let people set them, ms. */
 export const kFirstRepeat = 1200;
 export const kNextRepeat = 600;
+/** Longest gap of the timer that repeats what is held, ms: a page that hangs for longer may have missed the release. */
+export const kGap = 150;
+/** @param gap  of the timer, ms */
+export const hung = (gap: number): string =>
+  `this page hung for ${gap.toFixed(0)} ms, and cannot know whether it was still held`;
 export const kNotRepeated = "the key no longer repeats: press it again";
 
 export class Repeats {
