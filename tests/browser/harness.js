@@ -301,7 +301,7 @@ class Operator {
     const repeated = (async () => {
       while (held) {
         await new Promise((again) => setTimeout(again, 100));
-        if (held) await this.page.keyboard.down(key);
+        if (held) await this.page.keyboard.down(key).catch(() => (held = false)); // the page is closed
       }
     })();
     return async () => {

@@ -127,6 +127,7 @@ module.exports = (tools) => {
     },
 
     async "orientation: a second pointer, a menu and a lost capture end a turn"() {
+      await look(kFront);
       for (const [how, words, event] of [
         [
           "a second pointer",
