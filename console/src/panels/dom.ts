@@ -6,7 +6,7 @@ type Attributes = Record<string, string | boolean | ((event: never) => void) | u
 
 /** Characters that order the text around them: with one of them, "\u202Egnp.exe" is shown as "exe.png". */
 const kOrdering = /[\u061C\u200E\u200F\u202A-\u202E\u2066-\u2069]/g;
-/** Attributes that people read or hear. */
+/** Attributes that are shown or spoken. */
 const kSaid = ["title", "aria-label"];
 /** A text as it is shown: others' names and messages are not reordered. */
 const readable = (text: string): string => text.replace(kOrdering, "\uFFFD");
