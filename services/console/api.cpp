@@ -185,14 +185,13 @@ Json describeTeleoperation(const config::Deployment& deployment, const config::R
   const auto add = [&](TipOrientation orientation, const std::string& why) {
     refused[robots::nameOf(orientation)] = why;
   };
-  const std::string no_tips = refusal(robot, robots::Capability::kTips);
-  if (no_tips.empty()) {
+  if (has(robot, robots::Capability::kTips)) {
     const robots::RobotModel model(robot, deployment.model);
     for (const TipOrientation orientation : {TipOrientation::kAxis, TipOrientation::kFull})
       add(orientation, robots::orientationRefusal(robot, model, orientation));
   } else {
     for (const TipOrientation orientation : {TipOrientation::kAxis, TipOrientation::kFull})
-      add(orientation, no_tips);
+      add(orientation, "its arms have no independent tips");
   }
   return {{"orientation", robots::nameOf(deployment.teleoperation.options.rotation.followed)}, {"refused", refused}};
 }
