@@ -39,7 +39,7 @@ void setInsertion(const Arms& arms, const safety::RobotVector& start, Trajectory
   insertion->tips.clear();
   TipFollower tips(arms.models);
   tips.update(start);  // from here on along the path
-  const auto helixAngle = [&](const safety::RobotVector& q, int tube) {
+  const auto helix_angle = [&](const safety::RobotVector& q, int tube) {
     return arms.models[at(spec.arm)]->helixAngle(q.segment(first, arms.size(spec.arm)), tube);
   };
   for (int k = 1; k <= spec.point_count; ++k) {
@@ -51,7 +51,7 @@ void setInsertion(const Arms& arms, const safety::RobotVector& start, Trajectory
       left -= part;
     }
     for (int i = 0; i < tubes; ++i) {
-      if (const double turn = helixAngle(start, i) - helixAngle(q, i); turn != 0.0)
+      if (const double turn = helix_angle(start, i) - helix_angle(q, i); turn != 0.0)
         q[first + tubes + i] += turn;
     }
     if (!tips.update(q))

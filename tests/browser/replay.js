@@ -74,7 +74,7 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
       await me().press("#record");
       await me().text("#recording", /● RECORDING \d+ s, [1-9]/);
       await run();
-      await page().fill("#record-mark-text", "it\u202e runs");
+      await page().fill("#record-mark-text", "it runs");
       await me().press("#record-mark");
       await me().text("#progress", /point [3-9]\d/);
       robot().command("stop");
@@ -174,7 +174,7 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
     },
 
     async "replay: marks, runs, stops and faults are found, and lead to their time"() {
-      await me().text("#replay-events", /⚑ \d+:\d\d\.\d\d it\ufffd runs/);
+      await me().text("#replay-events", /⚑ \d+:\d\d\.\d\d it runs/);
       await me().text("#replay-events", /▶ [^▶]*A trajectory runs[^]*■ [^■]*Stop: tandem robot stop/);
       await page().locator('#replay-events [data-kind="mark"] button').click();
       await me().text("#progress", /running · point \d+ of 100/);

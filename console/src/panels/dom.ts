@@ -9,7 +9,7 @@ const kOrdering = /[\u061C\u200E\u200F\u202A-\u202E\u2066-\u2069]/g;
 /** Attributes that are shown or spoken. */
 const kSaid = ["title", "aria-label"];
 /** A text as it is shown: others' names and messages are not reordered. */
-const readable = (text: string): string => text.replace(kOrdering, "\uFFFD");
+export const readable = (text: string): string => text.replace(kOrdering, "\uFFFD");
 
 /** h("button.big", {type: "button", onclick: f}, "text"). An output is no live region: what happens is announced by the Announcer, and values
  * that change by themselves are not. */

@@ -98,7 +98,7 @@ export class Health implements Panel {
 
   private showServices(now: number): void {
     const { services } = this.c.world;
-    for (const { name, silent, age } of services.changes(now)) {
+    for (const { name, silent, age } of this.c.replayed === "" ? services.changes(now) : []) {
       if (!silent) this.c.messages.add("info", `${name} reports again`);
       // The end of the link is an event of its own.
       else if (this.c.link.state === "open")
