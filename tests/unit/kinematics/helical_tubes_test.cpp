@@ -167,7 +167,7 @@ TEST(HelicalTubes, MomentsAreTheDerivativeOfTheEnergy) {
   for (int k = 0; k < kArms; ++k) {
     const Helices one(random, false);
     const CompliantModel model(one.arm);
-    const auto energyAt = [&](const Eigen::VectorXd& q, Branch branch) {
+    const auto energy_at = [&](const Eigen::VectorXd& q, Branch branch) {
       Tip tip;
       EXPECT_EQ(model.tip(q, branch, tip), ModelStatus::kOk);
       kinematics::Segmentation parts;
@@ -185,7 +185,7 @@ TEST(HelicalTubes, MomentsAreTheDerivativeOfTheEnergy) {
       more[one.arm.tubeCount() + i] += kStep;
       less[one.arm.tubeCount() + i] -= kStep;
       // A motor that turns further twists its tube less: t_i = c_i psi_i' points the other way.
-      const double work = (energyAt(more, branch) - energyAt(less, branch)) / (2.0 * kStep);
+      const double work = (energy_at(more, branch) - energy_at(less, branch)) / (2.0 * kStep);
       EXPECT_NEAR(work, -shape.front().moment[static_cast<std::size_t>(i)], 2e-7) << "arm " << k << ", tube " << i;
     }
   }

@@ -33,10 +33,10 @@ const Vector3d kAxisA = Vector3d(0.073, 0.271, 0.960).normalized(), kAxisB = Vec
 
 Quaterniond turn(double angle, const Vector3d& axis = kAxisA) { return Quaterniond(Eigen::AngleAxisd(angle, axis)); }
 
-template <TipOrientation followed>
+template <TipOrientation kFollowed>
 void follows(config::Deployment& d) {
   d.control_period = 0.01;
-  d.teleoperation.options.rotation.followed = followed;
+  d.teleoperation.options.rotation.followed = kFollowed;
 }
 
 double angleBetween(const Quaterniond& a, const Quaterniond& b) { return Orientations{}.difference(a, b).norm(); }
@@ -251,27 +251,27 @@ TEST(CrtkOrientation, EveryCommandTurnsTheTipAndKeepsItsPosition) {
   Turned s(follows<TipOrientation::kFull>);
   s.enable(9);
   const kinematics::TaskPlace start = s.tip(0);
-  const auto turnedBy = [&](double angle) {
+  const auto turned_by = [&](double angle) {
     return kinematics::TaskPlace{start.position, turn(angle) * start.orientation};
   };
-  const auto expectAt = [&](double angle, const char* what, double tolerance = 0.01) {
-    EXPECT_LT(angleBetween(s.tip(0).orientation, turnedBy(angle).orientation), tolerance) << what;
+  const auto expect_at = [&](double angle, const char* what, double tolerance = 0.01) {
+    EXPECT_LT(angleBetween(s.tip(0).orientation, turned_by(angle).orientation), tolerance) << what;
     EXPECT_LT((s.tip(0).position - start.position).norm(), 0.1e-3) << what;
   };
   double angle = 0.0;
-  s.stream(1.0, [&] { return requestFor("servo_cp", turnedBy(angle += 1e-3)); });
-  s.stream(0.5, [&] { return requestFor("servo_cp", turnedBy(angle)); });
-  expectAt(0.1, "servo_cp");
+  s.stream(1.0, [&] { return requestFor("servo_cp", turned_by(angle += 1e-3)); });
+  s.stream(0.5, [&] { return requestFor("servo_cp", turned_by(angle)); });
+  expect_at(0.1, "servo_cp");
   const kinematics::TaskPlace little{Vector3d::Zero(), turn(-1e-3)};
   s.stream(0.5, [&] { return requestFor("servo_cr", little); });
   s.run(0.05);
-  expectAt(0.05, "servo_cr", 0.02);
+  expect_at(0.05, "servo_cr", 0.02);
   s.run(0.3);
   s.stream(0.5, [&] { return velocity("servo_cv", Vector3d::Zero(), 0.1 * kAxisA); });
   s.run(0.3);
-  expectAt(0.1, "servo_cv", 0.03);
-  s.stream(1.5, [&] { return requestFor("interpolate_cp", turnedBy(0.0)); });
-  expectAt(0.0, "interpolate_cp");
+  expect_at(0.1, "servo_cv", 0.03);
+  s.stream(1.5, [&] { return requestFor("interpolate_cp", turned_by(0.0)); });
+  expect_at(0.0, "interpolate_cp");
   EXPECT_LT(angleBetween(Quaterniond(Eigen::Vector4d(s.crtk.cp_orientation[0].data())), start.orientation), 1e-9);
   s.run(0.5);
   s.stream(0.5, [&] { return velocity("interpolate_cv", Vector3d::Zero(), 0.1 * kAxisA); });
@@ -279,16 +279,16 @@ TEST(CrtkOrientation, EveryCommandTurnsTheTipAndKeepsItsPosition) {
   s.run(0.5);
   EXPECT_GT(angleBetween(s.tip(0).orientation, start.orientation), 0.03) << "interpolate_cv";
   for (const double to : {0.1, -0.05}) {
-    ASSERT_TRUE(s.control.crtk(requestFor("move_cp", turnedBy(to)), s.now).accepted);
+    ASSERT_TRUE(s.control.crtk(requestFor("move_cp", turned_by(to)), s.now).accepted);
     s.run(0.1);
     EXPECT_NE(s.output.status.busy[0], 0);
     EXPECT_GE(s.until([&] { return s.output.status.busy[0] == 0; }, 5.0), 0.0);
-    expectAt(to, "move_cp");
+    expect_at(to, "move_cp");
   }
   ASSERT_TRUE(s.control.crtk(requestFor("move_cr", {Vector3d::Zero(), turn(0.05)}), s.now).accepted);
   s.run(0.1);
   EXPECT_GE(s.until([&] { return s.output.status.busy[0] == 0; }, 5.0), 0.0);
-  expectAt(0.0, "move_cr");
+  expect_at(0.0, "move_cr");
   EXPECT_TRUE(s.endings.empty() || std::string(s.endings.back().reason.data()).find("progress") == std::string::npos);
 }
 
