@@ -87,10 +87,7 @@ ModelStatus CompliantModel::shape(const JointsRef& q,
     return ModelStatus::kNotFinite;
   Segmentation parts;
   segment(arm_, q, parts);
-  shape.resize(static_cast<std::size_t>(std::max(points, 2)));
-  const double last = static_cast<double>(shape.size() - 1);
-  for (std::size_t j = 0; j < shape.size(); ++j)
-    shape[j].s = j + 1 == shape.size() ? parts.length() : parts.length() * static_cast<double>(j) / last;
+  spaceEvenly(parts.length(), points, shape);
   if (!wrench.isZero(0.0))
     return loadedShape(q, wrench, branch, shape);
   if (const ModelStatus status = unload(q, branch); status != ModelStatus::kOk)
@@ -101,9 +98,7 @@ ModelStatus CompliantModel::shape(const JointsRef& q,
   const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(q).beta, root.theta, 1.0, StepDepth::kPose, shape);
   root.linearise(sweep);
   root.remember(q, branch);
-  const Eigen::Isometry3d end = endPose(sweep);
-  for (ShapePoint& point : shape)
-    point.pose = arm_.base * end * point.pose * Eigen::AngleAxisd(point.psi[0], Eigen::Vector3d::UnitZ());
+  placeSamples(arm_, sweep, shape);
   return ModelStatus::kOk;
 }
 

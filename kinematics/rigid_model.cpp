@@ -107,11 +107,11 @@ ModelStatus RigidModel::shape(const JointsRef& q,
   const int n = arm_.tubeCount();
   Segmentation parts;
   segment(arm_, q, parts);
-  shape.resize(static_cast<std::size_t>(std::max(points, 2)));
   if (helical_) {
-    helicalShape(q, shape);
+    helicalShape(q, parts, points, shape);
     return ModelStatus::kOk;
   }
+  shape.resize(static_cast<std::size_t>(std::max(points, 2)));
 
   const Eigen::AngleAxisd roll(q[n], Eigen::Vector3d::UnitZ());
   Eigen::Isometry3d start = arm_.base;
@@ -154,18 +154,15 @@ ModelStatus RigidModel::helicalTip(const JointsRef& q, Tip& tip) const noexcept 
   return ModelStatus::kOk;
 }
 
-/// Fills `shape`, which has its size.
-void RigidModel::helicalShape(const JointsRef& q, std::vector<ShapePoint>& shape) const {
-  Segmentation parts;
-  segment(arm_, q, parts);
-  const double last = static_cast<double>(shape.size() - 1);
-  for (std::size_t j = 0; j < shape.size(); ++j)
-    shape[j].s = j + 1 == shape.size() ? parts.length() : parts.length() * static_cast<double>(j) / last;
+void RigidModel::helicalShape(const JointsRef& q,
+                              const Segmentation& parts,
+                              int points,
+                              std::vector<ShapePoint>& shape) const {
+  spaceEvenly(parts.length(), points, shape);
   const EndAngleSweep<double> sweep(arm_, parts, TubeJoints(q).beta, untwistedEnds(arm_, parts, q), 0.0,
                                     StepDepth::kPose, shape);
-  const Eigen::Isometry3d end = endPose(sweep);
+  placeSamples(arm_, sweep, shape);
   for (ShapePoint& point : shape) {
-    point.pose = arm_.base * end * point.pose * Eigen::AngleAxisd(point.psi[0], Eigen::Vector3d::UnitZ());
     for (double& moment : point.moment)
       moment = std::isnan(moment) ? moment : 0.0;
   }

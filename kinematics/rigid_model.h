@@ -45,7 +45,7 @@ class RigidModel final : public TubeModel {
 
  private:
   ModelStatus helicalTip(const JointsRef& q, Tip& tip) const noexcept;
-  void helicalShape(const JointsRef& q, std::vector<ShapePoint>& shape) const;
+  void helicalShape(const JointsRef& q, const Segmentation& parts, int points, std::vector<ShapePoint>& shape) const;
   ModelStatus helicalBackbone(const JointsRef& q,
                               Branch& branch,
                               const std::vector<double>& s,

@@ -1,7 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "kinematics/swept_end.h"
 
+#include <algorithm>
+
 namespace tandem::kinematics {
+
+void spaceEvenly(double length, int points, std::vector<ShapePoint>& shape) {
+  shape.resize(static_cast<std::size_t>(std::max(points, 2)));
+  const double last = static_cast<double>(shape.size() - 1);
+  for (std::size_t j = 0; j < shape.size(); ++j)
+    shape[j].s = j + 1 == shape.size() ? length : length * static_cast<double>(j) / last;
+}
+
+void placeSamples(const ConcentricTubeArm& arm, const EndAngleSweep<double>& sweep, std::vector<ShapePoint>& shape) {
+  const Eigen::Isometry3d end = endPose(sweep);
+  for (ShapePoint& point : shape)
+    point.pose = arm.base * end * point.pose * Eigen::AngleAxisd(point.psi[0], Eigen::Vector3d::UnitZ());
+}
 
 SweptEnd::SweptEnd(const EndAngleSweep<double>& sweep, const TubeVector& theta)
     : rotation(sweep.endRotation()),

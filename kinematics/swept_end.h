@@ -2,6 +2,8 @@
 /** @file From a sweep of an unloaded arm to its tool tip. */
 #pragma once
 
+#include <vector>
+
 #include "kinematics/equilibrium.h"
 
 namespace tandem::kinematics {
@@ -13,6 +15,12 @@ inline Eigen::Isometry3d endPose(const EndAngleSweep<double>& sweep) {
   end.translation() = sweep.endPosition();
   return end;
 }
+
+/// Arc lengths of that many points, at least 2, evenly from the entry point to `length`, m.
+void spaceEvenly(double length, int points, std::vector<ShapePoint>& shape);
+
+/// Poses of the samples of a sweep with kPose: from its frames to those of ShapePoint.
+void placeSamples(const ConcentricTubeArm& arm, const EndAngleSweep<double>& sweep, std::vector<ShapePoint>& shape);
 
 /** End of tube 1 with its derivatives by the joints, arm base frame. */
 struct SweptEnd {
