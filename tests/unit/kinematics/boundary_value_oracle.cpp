@@ -7,6 +7,8 @@
 #include <cmath>
 #include <vector>
 
+#include "tests/unit/kinematics/helix_oracle.h"
+
 namespace tandem::test {
 namespace {
 
@@ -39,17 +41,6 @@ double transmissionCompliance(const kinematics::Tube& tube, double beta) {
     begin = end;
   }
   return compliance;
-}
-
-/// Angle by which the precurvature turns about the tube between its motor and the entry point, rad.
-double turnBehindEntry(const kinematics::Tube& tube, double beta) {
-  double angle = 0.0, begin = beta;
-  for (const TubeSection& section : tube.sections) {
-    const double end = begin + section.length;
-    angle += section.helix_torsion * (std::min(end, 0.0) - std::min(begin, 0.0));
-    begin = end;
-  }
-  return angle;
 }
 
 /// Rucker, Jones and Webster 2010, equations (28) to (32), stiffness constant over the interval, in

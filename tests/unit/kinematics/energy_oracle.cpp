@@ -6,6 +6,8 @@
 #include <cmath>
 #include <set>
 
+#include "tests/unit/kinematics/helix_oracle.h"
+
 namespace tandem::test {
 namespace {
 
@@ -15,17 +17,6 @@ double complianceBehind(const kinematics::Tube& tube, double beta, double s) {
   for (const auto& section : tube.sections) {
     const double end = begin + section.length;
     sum += std::max(0.0, std::min(end, 0.0) - std::max(begin, s)) / section.torsional_stiffness;
-    begin = end;
-  }
-  return sum;
-}
-
-/// Angle by which the direction of bending turns about a tube behind the entry point, rad.
-double turnBehind(const kinematics::Tube& tube, double beta) {
-  double sum = 0.0, begin = beta;
-  for (const auto& section : tube.sections) {
-    const double end = begin + section.length;
-    sum += section.helix_torsion * (std::min(end, 0.0) - std::min(begin, 0.0));
     begin = end;
   }
   return sum;
@@ -44,7 +35,7 @@ EnergyOracle::EnergyOracle(const kinematics::ConcentricTubeArm& arm, const Eigen
         places.insert(s);
     }
     compliance_[i] = complianceBehind(arm.tubes[i], q[i], q[i]);
-    turn_[i] = turnBehind(arm.tubes[i], q[i]);
+    turn_[i] = turnBehindEntry(arm.tubes[i], q[i]);
   }
   double last = q[0];  // summed as above, so that rounding leaves no tiny interval at its end
   for (const auto& section : arm.tubes[0].sections)
