@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "config/arm_names.h"
 #include "config/file_tables.h"
@@ -181,18 +182,13 @@ Json describeRegions(const teleoperation::GuardOptions& guard) {
 /// What of the orientation of tips operators command, and why the arms cannot follow each kind (empty: they can).
 Json describeTeleoperation(const config::Deployment& deployment, const config::Robot& robot) {
   using teleoperation::TipOrientation;
+  std::optional<robots::RobotModel> model;
+  if (has(robot, robots::Capability::kTips))
+    model.emplace(robot, deployment.model);
   Json refused;
-  const auto add = [&](TipOrientation orientation, const std::string& why) {
-    refused[robots::nameOf(orientation)] = why;
-  };
-  if (has(robot, robots::Capability::kTips)) {
-    const robots::RobotModel model(robot, deployment.model);
-    for (const TipOrientation orientation : {TipOrientation::kAxis, TipOrientation::kFull})
-      add(orientation, robots::orientationRefusal(robot, model, orientation));
-  } else {
-    for (const TipOrientation orientation : {TipOrientation::kAxis, TipOrientation::kFull})
-      add(orientation, "its arms have no independent tips");
-  }
+  for (const TipOrientation orientation : {TipOrientation::kAxis, TipOrientation::kFull})
+    refused[robots::nameOf(orientation)] =
+        model ? robots::orientationRefusal(robot, *model, orientation) : "its arms have no independent tips";
   return {{"orientation", robots::nameOf(deployment.teleoperation.options.rotation.followed)}, {"refused", refused}};
 }
 

@@ -14,8 +14,8 @@ const kOnPhone = (): HTMLElement =>
 const kRelease = "Release control";
 /** Of an arm, beside its state. */
 const kConditions = ["homed", "recovery", "busy"] as const;
-/** Instead of the sign of a state that nothing says to last. */
-const kUnknown = "?";
+/** A state that nothing says to last has the sign of an unknown one. */
+const kUnknown = -1;
 const kCrtkClients = 2n ** 64n - 1n;
 
 export class Header implements Panel {
@@ -28,7 +28,7 @@ export class Header implements Panel {
   private wasSilent = false;
 
   constructor(private readonly c: Context) {
-    const states = [...valuesOf("OperatingState").map(({ name }) => name), stateName(-1)];
+    const states = [...valuesOf("OperatingState").map(({ name }) => name), stateName(kUnknown)];
     const longest = states.reduce((one, other) => (other.length > one.length ? other : one), "");
     this.arms = c.robot.arms.map(({ name }) =>
       h("span.arm", {
@@ -118,12 +118,12 @@ export class Header implements Panel {
   private updateArms(live: boolean): void {
     const status = this.c.world.controlStatus();
     this.arms.forEach((element, k) => {
-      const state = status?.operating_state[k] ?? -1;
+      const state = status?.operating_state[k] ?? kUnknown;
       const is = [status?.homed[k], status?.recovery[k], status?.busy[k]];
       const more = kConditions.filter((_, j) => is[j]);
       setText(
         element,
-        `${shortName(this.c.robot.arms[k]!.name)} ${live ? stateGlyph(state) : kUnknown} ${[stateName(state), ...more].join(" · ")}`,
+        `${shortName(this.c.robot.arms[k]!.name)} ${stateGlyph(live ? state : kUnknown)} ${[stateName(state), ...more].join(" · ")}`,
       );
       setAttribute(element, "data-state", stateName(state));
       setAttribute(element, "title", live ? stateMeaning(state) : `Not known now. Last: ${stateName(state)}`);

@@ -16,6 +16,7 @@ import { faultsOf, shortName, stateName } from "./descriptions";
 import type { Level, Log } from "./log";
 import type { Past } from "./past";
 import type { Robot } from "./robot";
+import { isEnd } from "./services";
 import { describeSummary } from "./summary";
 
 const kCrtkClients = 2n ** 64n - 1n;
@@ -129,8 +130,7 @@ export class Events {
   }
   /** A service has said why it ends. */
   private processes({ status }: DiagnosticArray, time: number): void {
-    for (const { name, message } of status)
-      if (message.startsWith("ended: ")) this.log.add("alarm", message, name, this.when(time));
+    for (const { name, message } of status) if (isEnd(message)) this.log.add("alarm", message, name, this.when(time));
   }
   private drives({ emergency_stop }: HalStatus, time: number): void {
     const pressed = emergency_stop === EmergencyStop.pressed;

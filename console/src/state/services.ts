@@ -3,7 +3,8 @@
 import type { DiagnosticArray } from "../wire/messages";
 import { age, ageText } from "./age";
 
-const kEnded = "ended: "; // runtime::kEnded
+/** Whether this is the last message of a service, in which it says why it ends. */
+export const isEnd = (message: string): boolean => message.startsWith("ended: "); // runtime::kEnded
 const kUp = "tandem up: "; // reason of the stop by which `tandem up` says which process died, and how
 const kDown = 15_000; // ms: within it `tandem up` has ended all processes
 const kLost = 3000; // ms
@@ -37,7 +38,7 @@ export class Services {
   /** In the order in which they first reported. */
   all(now: number): Service[] {
     return [...this.known].map(([name, { at, level, message }]) => {
-      const ended = message.startsWith(kEnded);
+      const ended = isEnd(message);
       const silent = age(at, now) > kLost;
       const condition = ended ? "ended" : silent ? "silent" : (kLevels[level] ?? "stale");
       return { name, condition, message, age: ageText(age(at, now)) };
@@ -48,7 +49,7 @@ export class Services {
    * end of one of them ends the others. */
   gone(now: number): string[] {
     const all = this.all(now);
-    const running = [...this.known.values()].filter(({ message }) => !message.startsWith(kEnded)).map(({ at }) => at);
+    const running = [...this.known.values()].filter(({ message }) => !isEnd(message)).map(({ at }) => at);
     const { reason, at: died } = this.cause;
     const cause = Math.max(...running) > died + kDown ? "" : reason;
     const silent = all.filter(({ condition }) => condition === "silent");
