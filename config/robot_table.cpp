@@ -16,8 +16,7 @@ using safety::JointLimit;
 
 constexpr auto kTorsionMeaning =
     "tau of a helical tube: toward the tip, the direction in which it bends turns about its own axis by so many "
-    "radians "
-    "per length; positive for a right-handed helix";
+    "radians per length; positive for a right-handed helix";
 
 const Mapping kSectionTable{
     "section",
