@@ -8,18 +8,13 @@
 #include "control/resolver.h"
 #include "kinematics/arm_model.h"
 #include "planning/equilibrium.h"
+#include "planning/gains.h"
 #include "planning/margins.h"
 #include "planning/reference.h"
 #include "planning/tips.h"
 #include "safety/limits.h"
 
 namespace tandem::planning {
-
-/** Gains of v = lambda (x_d - x) + xdot_d per task kind, 1/s (Alsaka et al. 2024, below (3)). */
-struct Gains {
-  double relative = 5.0;  ///< lambda_AB: of kinds with two arms
-  double tip = 3.0;       ///< lambda_A: of kinds with one
-};
 
 enum class TrackStatus : std::uint8_t {
   kOk = 0,

@@ -11,6 +11,7 @@
 #include "planning/detail/index.h"
 #include "planning/follower.h"
 #include "planning/insertion.h"
+#include "planning/reference_tracker.h"
 #include "safety/gate.h"
 
 namespace tandem::planning {
@@ -120,8 +121,12 @@ class Run {
   Run(const Arms& arms, const safety::RobotVector& start, const RehearsalOptions& options)
       : options_(options),
         joints_(arms, start),
-        tracker_(arms.models, arms.limits, options.method, options.parameters, options.gains),
-        follower_(options.parameters.period) {}
+        tracker_(arms.models,
+                 arms.limits,
+                 options.settings.method,
+                 options.settings.parameters,
+                 options.settings.gains),
+        follower_(options.settings.parameters.period) {}
 
   Rehearsal go(TrajectorySpec spec, const std::vector<safety::RobotVector>& postures) {
     if (!look())
@@ -146,7 +151,7 @@ class Run {
         return end(RehearsalEnd::kModel, std::string(kinematics::describe(track_.model)), point);
       if (track_.status != TrackStatus::kOk)
         return end(RehearsalEnd::kSolver, std::string(control::name(track_.solution.status)), point);
-      if (!joints_.move(track_.solution.velocity, options_.parameters.period))
+      if (!joints_.move(track_.solution.velocity, options_.settings.parameters.period))
         return end(RehearsalEnd::kGateRefuses, {}, point);
       joints_.measure(result_);
       result_.path.add(++periods_, {joints_.position(), point});
@@ -169,7 +174,7 @@ class Run {
     result_.point = point;
     result_.tip_error = progress.tip_error;
     result_.relative_error = progress.relative_error;
-    result_.limits = control::obstructingLimits(tracker_.problem(), options_.parameters, options_.arms, true);
+    result_.limits = control::obstructingLimits(tracker_.problem(), options_.settings.parameters, options_.arms, true);
   }
 
   Rehearsal end(RehearsalEnd how, const std::string& detail, int point = 0) {
@@ -181,7 +186,7 @@ class Run {
     if (periods_ > 0)
       result_.path.finish(periods_, {result_.q, follower_.progress().point});
     result_.least_clearance = leastClearance(joints_.arms(), result_.path);
-    result_.reason = describeEnd(result_, options_.method, follower_.spec().hasRelative(), detail);
+    result_.reason = describeEnd(result_, options_.settings.method, follower_.spec().hasRelative(), detail);
     return result_;
   }
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "idl/enumerations.h"
+#include "planning/method_settings.h"
 #include "planning/pose_problem.h"
-#include "planning/reference_tracker.h"
 #include "planning/trajectory.h"
 
 namespace tandem::planning {
@@ -18,9 +18,7 @@ using idl::name;
 using idl::RehearsalEnd;
 
 struct RehearsalOptions {
-  control::Method method = control::Method::kNspqp;
-  control::MethodParameters parameters;
-  Gains gains;
+  MethodSettings settings;
   std::vector<std::string> arms;                        ///< names for messages; empty: a, b, ...
   std::function<bool()> cancelled;                      ///< may be empty
   std::function<void(int point, int points)> progress;  ///< may be empty

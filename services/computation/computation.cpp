@@ -114,11 +114,7 @@ planning::Rehearsal Computation::rehearsed(const ComputationHooks& hooks,
                                            const std::vector<safety::RobotVector>& postures,
                                            const char* at) const {
   planning::RehearsalOptions options;
-  options.method = *idl::fromName<control::Method>(problem_.request.rehearse);
-  options.parameters = problem_.robot.robot.parameters;
-  if (problem_.robot.period > 0.0)
-    options.parameters.period = problem_.robot.period;
-  options.gains = problem_.robot.gains;
+  options.settings = problem_.rehearsal;
   for (const config::Arm& arm : problem_.robot.robot.arms)
     options.arms.push_back(arm.name);
   options.cancelled = hooks.cancelled;

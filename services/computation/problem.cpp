@@ -46,10 +46,7 @@ ComputationProblem::ComputationProblem(msg::ComputationRequest wanted,
   if (kind < static_cast<int>(ComputationKind::kCheck) || kind > static_cast<int>(ComputationKind::kChooseStart))
     throw Refusal(msg::ReplyCode::kUnknown, "kind: found " + std::to_string(kind) + ", expected 1 to 7");
   checkNumbers();
-  const auto method = idl::fromName<control::Method>(request.rehearse);
-  const bool known = method && (*method != control::Method::kForeign || of.robot.parameters.foreign != nullptr);
-  if (!request.rehearse.empty() && !known)
-    refuse("rehearse", "'" + request.rehearse.substr(0, 40) + "'", control::methodList());
+  readRehearsal();
   const auto joints = static_cast<std::size_t>(arms.jointCount());
   if (!request.joints.empty() && request.joints.size() != joints)
     refuse("joints", std::to_string(request.joints.size()), std::to_string(joints) + " of " + namesOf(of.robot));
@@ -84,6 +81,23 @@ void ComputationProblem::checkNumbers() const {
   expectRange("rotation_velocity", request.rotation_velocity, 0.0, kFast, " rad/s");
   expectRange("rotation_acceleration", request.rotation_acceleration, 0.0, kFast, " rad/s^2");
   expectRange("time_limit", request.time_limit, 0.0, 3600.0, " s");
+}
+
+void ComputationProblem::readRehearsal() {
+  const auto method = idl::fromName<control::Method>(request.rehearse);
+  const bool known = method && (*method != control::Method::kForeign || robot.robot.parameters.foreign != nullptr);
+  if (!request.rehearse.empty() && !known)
+    refuse("rehearse", "'" + request.rehearse.substr(0, 40) + "'", control::methodList());
+  rehearsal = {method.value_or(rehearsal.method), robot.robot.parameters, robot.gains};
+  if (robot.period > 0.0)
+    rehearsal.parameters.period = robot.period;
+  for (std::size_t k = 0; k < request.parameters.size(); ++k) {
+    try {
+      rehearsal.set(request.parameters[k].name, request.parameters[k].value);
+    } catch (const std::invalid_argument& error) {
+      throw Refusal(msg::ReplyCode::kMalformed, "parameters[" + std::to_string(k) + "]: " + error.what());
+    }
+  }
 }
 
 void ComputationProblem::readTargets() {

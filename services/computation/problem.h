@@ -7,7 +7,7 @@
 
 #include "idl/messages.h"
 #include "planning/inverse_kinematics.h"
-#include "planning/reference_tracker.h"
+#include "planning/method_settings.h"
 #include "robots/robot_model.h"
 
 namespace tandem::computation {
@@ -27,7 +27,7 @@ struct ComputationRobot {
   const config::Robot& robot;
   const robots::RobotModel& model;
   bool rigid;               ///< arms never snap: no stability margin is required
-  planning::Gains gains{};  ///< of rehearsals
+  planning::Gains gains{};  ///< of rehearsals, unless the request has others
   double period = 0.0;      ///< of rehearsals, s; 0: the robot file's
 };
 
@@ -50,9 +50,11 @@ struct ComputationProblem {
   safety::RobotVector start;
   planning::TrajectorySpec spec;               ///< all kinds except inverse kinematics
   std::vector<planning::TipTarget> targets{};  ///< of inverse kinematics
+  planning::MethodSettings rehearsal{};        ///< of a check that rehearses
 
  private:
   void checkNumbers() const;
+  void readRehearsal();
   void readTargets();
   void readTrajectory();
 };

@@ -16,14 +16,18 @@ namespace {
 
 constexpr const char* kControl = "tandem-control";
 
-/// The parameter in an entry of control's diagnostics; empty for other entries.
+/// The parameter in an entry of control's diagnostics; empty for other entries, and for parameters that are no numbers.
 std::optional<Parameter> parameterIn(const dds::KeyValue& entry) {
   if (entry.key == runtime::kMethodKey)
     return Parameter{kMethodParameter, entry.value.substr(0, entry.value.find(':'))};  // foreign: NAME of FILE
   const std::string_view prefix = runtime::kParameterKey;
   if (!entry.key.starts_with(prefix))
     return std::nullopt;
-  return Parameter{entry.key.substr(prefix.size()), std::strtod(entry.value.c_str(), nullptr)};
+  char* end = nullptr;
+  const double value = std::strtod(entry.value.c_str(), &end);
+  if (entry.value.empty() || *end != '\0')
+    return std::nullopt;
+  return Parameter{entry.key.substr(prefix.size()), value};
 }
 
 }  // namespace

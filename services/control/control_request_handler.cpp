@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "services/control/control_request_handler.h"
 
-#include <spdlog/fmt/fmt.h>
-
-#include <charconv>
 #include <cmath>
 
 #include "config/arm_names.h"
@@ -11,19 +8,6 @@
 #include "services/dds/reply.h"
 
 namespace tandem::control_service {
-namespace {
-
-double positiveNumber(const std::string& name, const std::string& text) {
-  double value = 0.0;
-  const auto [end, status] = std::from_chars(text.data(), text.data() + text.size(), value);
-  if (status != std::errc() || end != text.data() + text.size() || !std::isfinite(value) || value <= 0.0) {
-    throw std::invalid_argument(name + ": found '" + text + "', expected a finite number above zero");
-  }
-  return value;
-}
-
-}  // namespace
-
 ControlRequestHandler::ControlRequestHandler(const runtime::Setup& setup, const robots::RobotModel& robot)
     : file_(setup.robot), robot_(robot), arm_names_(config::armList(setup.robot)) {
   settings_.method = setup.deployment.method;
@@ -33,7 +17,8 @@ ControlRequestHandler::ControlRequestHandler(const runtime::Setup& setup, const 
   proposed_ = settings_;
 }
 
-std::unique_ptr<planning::ReferenceTracker> ControlRequestHandler::makeTracker(const Settings& s) const {
+std::unique_ptr<planning::ReferenceTracker> ControlRequestHandler::makeTracker(
+    const planning::MethodSettings& s) const {
   return robot_.makeTracker(s.method, s.parameters, s.gains);
 }
 
@@ -42,52 +27,25 @@ std::unique_ptr<planning::ReferenceTracker> ControlRequestHandler::makeTracker()
   return makeTracker(settings_);
 }
 
-ControlRequestHandler::Settings ControlRequestHandler::changed(const dds::ControlRequest& request) const {
+planning::MethodSettings ControlRequestHandler::changed(const dds::ControlRequest& request) const {
   const std::lock_guard lock(mutex_);
-  Settings s = settings_;
+  planning::MethodSettings s = settings_;
   if (static_cast<dds::ControlKind>(request.kind) == dds::ControlKind::kSetMethod) {
     const auto method = idl::fromName<control::Method>(request.text);
-    if (!method) {
+    if (!method)
       throw std::invalid_argument("method: found '" + request.text + "', expected " + control::methodList());
-    }
     s.method = *method;
-    return s;
+  } else {
+    s.set(request.text, request.value);
   }
-  const std::string& name = request.text;
-  if (name == "bounds") {
-    const auto bounds = idl::fromName<control::BoundsKind>(request.value);
-    if (!bounds)
-      throw std::invalid_argument("bounds: found '" + request.value + "', expected coupled or frozen");
-    s.parameters.bounds = *bounds;
-    return s;
-  }
-  // The Ipopt backend is no parameter: it allocates and waits, which the periodic path does not permit.
-  std::string names = "bounds";
-  const auto set = [&](const char* known, double& value) {
-    names += std::string(", ") + known;
-    if (name == known)
-      value = positiveNumber(name, request.value);
-    return name == known;
-  };
-  if (set("relative_gain", s.gains.relative) || set("tip_gain", s.gains.tip))
-    return s;
-  for (const control::TunableParameter& parameter : control::kTunableParameters) {
-    if (set(parameter.name, s.parameters.*parameter.member))
-      return s;
-  }
-  throw std::invalid_argument("found parameter '" + name + "', expected one of: " + names);
+  return s;
 }
 
 runtime::Details ControlRequestHandler::parameters() const {
   const std::lock_guard lock(mutex_);
   runtime::Details values;
-  const auto add = [&values](const char* name, double value) {
-    values.push_back({runtime::kParameterKey + std::string(name), fmt::format("{}", value)});
-  };
-  add("relative_gain", settings_.gains.relative);
-  add("tip_gain", settings_.gains.tip);
-  for (const control::TunableParameter& parameter : control::kTunableParameters)
-    add(parameter.name, settings_.parameters.*parameter.member);
+  for (const auto& [name, value] : settings_.values())
+    values.push_back({runtime::kParameterKey + name, value});
   return values;
 }
 
@@ -171,7 +129,7 @@ std::optional<operation::ParsedControlRequest> ControlRequestHandler::parse(cons
         return refused(dds::ReplyCode::kNotLeaseOwner, std::string(idl::name(reason)));
       }
       try {
-        const Settings settings = changed(request);
+        const planning::MethodSettings settings = changed(request);
         result.tracker = makeTracker(settings).release();
         const std::lock_guard lock(mutex_);
         proposed_ = settings;

@@ -8,6 +8,7 @@
 
 #include "operation/control_setup.h"
 #include "operation/requests.h"
+#include "planning/method_settings.h"
 #include "planning/reference_tracker.h"
 #include "services/dds/messages.h"
 #include "services/runtime/diagnostics.h"
@@ -45,20 +46,15 @@ class ControlRequestHandler {
   std::unique_ptr<planning::ReferenceTracker> makeTracker() const;
 
  private:
-  struct Settings {
-    control::Method method;
-    control::MethodParameters parameters;
-    planning::Gains gains;
-  };
-  std::unique_ptr<planning::ReferenceTracker> makeTracker(const Settings& settings) const;
-  Settings changed(const dds::ControlRequest& request) const;
+  std::unique_ptr<planning::ReferenceTracker> makeTracker(const planning::MethodSettings& settings) const;
+  planning::MethodSettings changed(const dds::ControlRequest& request) const;
 
   const config::Robot& file_;
   const robots::RobotModel& robot_;
   std::vector<std::string> arm_names_;
   mutable std::mutex mutex_;
-  Settings settings_;
-  Settings proposed_;
+  planning::MethodSettings settings_;
+  planning::MethodSettings proposed_;
 };
 
 }  // namespace tandem::control_service

@@ -86,6 +86,40 @@ module.exports = ({ me, robot, server, enable, run, shot, open }) => {
       await me().text("#run-check", /^✕ .*pionts.*did you mean .*points/);
     },
 
+    async "preview: a check rehearses with the gains that are set, and anew when one is set"() {
+      const periods = async (changedFrom) => {
+        await me().text("#run-check", /^✓ All 20 points can be reached\. nspqp needs \d+ control periods/);
+        if (changedFrom !== undefined)
+          await page().waitForFunction(
+            (was) => {
+              const found = /needs (\d+) control/.exec(document.getElementById("run-check").textContent);
+              return found && Number(found[1]) !== was;
+            },
+            changedFrom,
+            { timeout: 30e3 },
+          );
+        return Number(/needs (\d+) control/.exec(await page().textContent("#run-check"))[1]);
+      };
+      const set = async (gain) => {
+        await me().tab("method");
+        await page().fill('[data-parameter="tip_gain"]', gain);
+        await me().press("#apply");
+        await me().said(new RegExp(`tip_gain = ${gain}: done`));
+        await me().tab("operate");
+      };
+      await me().press("#take");
+      await me().text("#lease", /this page/);
+      await type(line(10).replace("following: timed", "")); // a point waits for the gains, time does not
+      const before = await periods();
+      await set("0.5");
+      const slow = await periods(before);
+      assert.ok(slow > 1.5 * before, `${slow} periods with a sixth of the gain, ${before} before`);
+      await set("3");
+      assert.strictEqual(await periods(slow), before);
+      await me().press("#take");
+      await me().text("#lease", /free/);
+    },
+
     async "preview: none of the list is chosen once the trajectory is edited, and a choice replaces the edit"() {
       const chosen = () => page().$$eval("#trajectory input:checked", (all) => all.map(({ value }) => value));
       const yaml = () => page().inputValue("#trajectory-text");

@@ -99,7 +99,7 @@ export class MethodPanel implements Panel {
     if (whyNot(this.c, "method", performance.now()) !== "") return;
     for (const row of this.rows.filter(this.edited)) {
       const text = row.input.value.trim();
-      const there = (): boolean => this.c.world.parameters.get(row.name) === Number(text);
+      const there = (): boolean => Number(this.c.world.parameters.get(row.name)) === Number(text);
       // Control checks the number and returns what it expected.
       const asked = this.c.commander.parameter(row.name, text);
       await this.c.orders.give(`${row.name} = ${text}`, asked, reportedByControl(this.c, there));
@@ -129,7 +129,8 @@ export class MethodPanel implements Panel {
   }
 
   private updateRow(row: Row, why: string): void {
-    const value = this.c.world.parameters.get(row.name);
+    const reported = this.c.world.parameters.get(row.name);
+    const value = reported === undefined ? undefined : Number(reported);
     const text = value === undefined ? "" : String(value);
     if (text !== row.shown) {
       const typed = this.edited(row) && Number(row.input.value) !== value;

@@ -9,7 +9,7 @@ import { describeCheck } from "../state/checktext";
 import { nameOf } from "../state/descriptions";
 import type { Rehearsed } from "../state/rehearsal";
 import { rehearsedJoints } from "../state/rehearsal";
-import { fetchJson, isTranslation, mayCommand, parametersOf } from "../state/robot";
+import { fetchJson, isTranslation, mayCommand } from "../state/robot";
 import { Phase } from "../wire/messages";
 import type { ComputationProgress, ComputationResult } from "../wire/messages";
 import type { Context } from "./context";
@@ -68,11 +68,12 @@ export class Preview {
     this.check.look(now, {
       yaml,
       method,
+      parameters: world.parameters,
       joints: this.joints(),
       not: this.whyNot(now, chosen, runs),
     });
     const { state } = this.check;
-    const { text, level } = describeCheck(state, this.tuned(method));
+    const { text, level } = describeCheck(state);
     setText(this.text, text);
     setAttribute(this.text, "data-level", level);
     setAttribute(this.text, "title", text);
@@ -99,13 +100,6 @@ export class Preview {
     if (this.c.world.planningSilent(now) !== "") return "planning does not answer.";
     if (runs) return "a trajectory runs.";
     return chosen || this.c.commander.holds ? "" : "take control, or choose a trajectory.";
-  }
-  /** Parameters of a method that do not have the values of the files. */
-  private tuned(method: string): string[] {
-    const { robot, world } = this.c;
-    return parametersOf(robot, method)
-      .filter(({ name, value }) => (world.parameters.get(name) ?? value) !== value)
-      .map(({ name }) => name);
   }
   private joints(): number[] | null {
     const all = this.c.robot.arms.map(({ joints }, k) => this.c.world.joints(k)?.position.slice(0, joints.length));

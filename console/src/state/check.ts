@@ -18,6 +18,8 @@ export interface Wanted {
   yaml: string;
   /** Of the rehearsal. */
   method: string;
+  /** Of the rehearsal, by name, as control reports them; those that are missing have the values of the files. */
+  parameters: ReadonlyMap<string, string>;
   /** Present joints of all arms; null: not known. */
   joints: readonly number[] | null;
   /** Why no check is asked for now; empty if there is no reason. */
@@ -67,7 +69,7 @@ export class TrajectoryCheck {
 
   /** Asks for a check when it is due: called periodically. @param now  ms */
   look(now: number, wanted: Wanted): void {
-    const key = wanted.yaml === "" ? "" : `${wanted.method}\n${wanted.yaml}`;
+    const key = wanted.yaml === "" ? "" : [wanted.method, ...wanted.parameters, wanted.yaml].join("\n");
     if (key !== this.key) this.due = now + kTyped;
     this.key = key;
     if (wanted.joints?.some((q, j) => Math.abs(q - (this.joints?.[j] ?? q)) > kStill))
@@ -112,9 +114,14 @@ export class TrajectoryCheck {
     );
   }
 
-  private ask(now: number, { yaml, method }: Wanted): void {
+  private ask(now: number, { yaml, method, parameters }: Wanted): void {
     const { key } = this;
-    const { request, answer } = this.planner.compute({ ...kDefaults, trajectory: yaml, rehearse: method });
+    const { request, answer } = this.planner.compute({
+      ...kDefaults,
+      trajectory: yaml,
+      rehearse: method,
+      parameters: [...parameters].map(([name, value]) => ({ name, value })),
+    });
     this.running = { request, key, method, received: now, sent: now, cancelled: false, share: 0 };
     void answer.then(({ accepted, code, reason }) => {
       if (accepted || this.running?.request !== request) return;

@@ -12,8 +12,7 @@ export interface CheckText {
 
 export const reached = ({ reach }: PointReport): boolean => reach === Reach.reached;
 
-/** @param tuned  parameters of the rehearsed method that do not have the values of the files, with which planning rehearses */
-export function describeCheck(check: CheckState, tuned: readonly string[] = []): CheckText {
+export function describeCheck(check: CheckState): CheckText {
   switch (check.kind) {
     case "none":
       return { text: check.reason === "" ? "" : `Not checked: ${check.reason}`, level: "info" };
@@ -41,12 +40,10 @@ export function describeCheck(check: CheckState, tuned: readonly string[] = []):
       `✕ In the rehearsal, ${check.method} reaches ${rehearsal.converged} of ${rehearsal.points}: ${rehearsal.reason}.`,
     );
   else if (rehearsed !== 0) lines.push(`${check.method} needs ${rehearsal.iterations} control periods.`);
-  if (rehearsed !== 0 && tuned.length > 0)
-    lines.push(`⚠ It was rehearsed with the files' ${tuned.join(", ")}, not with what is set.`);
   if (overlap) lines.push(`⚠ The arms overlap by up to ${millimetres(-clearance)} mm.`);
   else if (Number.isFinite(clearance)) lines.push(`Least clearance of the arms: ${millimetres(clearance)} mm.`);
   return {
     text: lines.join(" "),
-    level: missed.length > 0 || failed ? "bad" : overlap || tuned.length > 0 ? "info" : "good",
+    level: missed.length > 0 || failed ? "bad" : overlap ? "info" : "good",
   };
 }

@@ -243,6 +243,7 @@ const emptyComputation = {
   starts: 0,
   seed: 0n,
   rehearse: "",
+  parameters: [],
   smoothing: 0,
   tries: 0,
   translation_acceleration: 0,

@@ -64,7 +64,7 @@ export class World {
   readonly teleop: Slot;
   readonly arms: ArmSlots[];
   /** Present values of the method's parameters, as control reports them once a second. */
-  readonly parameters = new Map<string, number>();
+  readonly parameters = new Map<string, string>();
   /** Name of the last trajectory, and its id, as planning reports them once a second. */
   private trajectory = { id: 0, name: "" };
   readonly services = new Services();
@@ -117,7 +117,7 @@ export class World {
   private note({ status }: DiagnosticArray): void {
     for (const { values } of status) {
       for (const { key, value } of values) {
-        if (key.startsWith(kParameter)) this.parameters.set(key.slice(kParameter.length), Number(value));
+        if (key.startsWith(kParameter)) this.parameters.set(key.slice(kParameter.length), value);
         if (key.startsWith(kTrajectory)) this.trajectory = { id: Number(key.slice(kTrajectory.length)), name: value };
       }
     }

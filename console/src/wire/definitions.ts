@@ -4,6 +4,7 @@ import clockRequest from "@msg/tandem_msgs/ClockRequest.msg?raw";
 import computationRequest from "@msg/tandem_msgs/ComputationRequest.msg?raw";
 import controlRequest from "@msg/tandem_msgs/ControlRequest.msg?raw";
 import halRequest from "@msg/tandem_msgs/HalRequest.msg?raw";
+import parameterSetting from "@msg/tandem_msgs/ParameterSetting.msg?raw";
 import planningRequest from "@msg/tandem_msgs/PlanningRequest.msg?raw";
 import stop from "@msg/tandem_msgs/Stop.msg?raw";
 import teleopInput from "@msg/tandem_msgs/TeleopInput.msg?raw";
@@ -28,7 +29,10 @@ export const messages: readonly Published[] = [
   {
     topic: "planning/compute",
     schemaName: "tandem_msgs/msg/ComputationRequest",
-    schema: withParts(computationRequest, { "tandem_msgs/TipTarget": tipTarget }),
+    schema: withParts(computationRequest, {
+      "tandem_msgs/TipTarget": tipTarget,
+      "tandem_msgs/ParameterSetting": parameterSetting,
+    }),
   },
   { topic: "hal/request", schemaName: "tandem_msgs/msg/HalRequest", schema: halRequest },
   { topic: "clock/request", schemaName: "tandem_msgs/msg/ClockRequest", schema: clockRequest, viewers: true },

@@ -326,6 +326,12 @@ void registerPlan(CLI::App& app, int& exit_code) {
                      "method of the rehearsal, simulated with ideal joints (default: nspqp; with a running system its "
                      "deployment's)")
         ->check(CLI::IsMember(control::methodNames()));
+    command
+        ->add_option(
+            "--set", o->settings,
+            "parameter of the rehearsal as NAME=VALUE, in SI units, e.g. tip_gain=5; repeatable. All others have "
+            "the values of the files, also where a running system has set others (`tandem robot set`)")
+        ->type_name("NAME=VALUE");
     command->add_flag("--no-rehearsal", o->no_rehearsal, "skip the rehearsal of the control method");
   }
   {

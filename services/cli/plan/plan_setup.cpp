@@ -108,6 +108,12 @@ dds::ComputationRequest PlanSetup::request(dds::ComputationKind kind) const {
   request.seed = options_.seed;
   if (kind == dds::ComputationKind::kCheck && !options_.no_rehearsal)
     request.rehearse = method();
+  for (const std::string& setting : options_.settings) {
+    const std::size_t equals = setting.find('=');
+    if (equals == std::string::npos)
+      throw Failure(kUsage, "--set: found '" + setting + "', expected NAME=VALUE, e.g. tip_gain=5");
+    request.parameters.push_back({setting.substr(0, equals), setting.substr(equals + 1)});
+  }
   request.smoothing = options_.smoothing;
   request.tries = static_cast<std::uint32_t>(options_.tries);
   request.translation_acceleration = 1e-3 * options_.translation_acceleration;

@@ -22,6 +22,7 @@ struct PlanOptions {
          rotation_acceleration = 0.0;  ///< mm/s^2, rad/s, rad/s^2; 0: those of the file
   std::string csv;
   std::string method;  ///< of the rehearsal; empty: the default of deployments, or that of the running system
+  std::vector<std::string> settings;  ///< of the rehearsal: NAME=VALUE
   std::vector<std::string> tips;
   bool no_clearance = false, json = false, no_rehearsal = false;
   int starts = 12, tries = 20;

@@ -17,6 +17,7 @@
 #include "services/cli/subcommand.h"
 #include "services/client/motions.h"
 #include "services/client/run_summary.h"
+#include "services/runtime/diagnostics.h"
 #include "services/runtime/process.h"
 #include "services/runtime/stop_signal.h"
 
@@ -163,6 +164,23 @@ int setMethod(const RobotCommand& options) {
   return done(options, options.name + (parameter ? " = " + options.value : ""));
 }
 
+/// Parameters of the method that control has now. What this client receives was published after its start.
+std::vector<dds::ParameterSetting> settingsOf(const client::Client& client) {
+  constexpr double kThere = 5.0;  // s: diagnostics come once a second
+  constexpr const char* kControl = "tandem-control";
+  const std::string_view prefix = runtime::kParameterKey;
+  if (!client.waitFor(kThere, [](const client::Snapshot& s) { return s.diagnostics.contains(kControl); }))
+    throw Failure(kFailure,
+                  fmt::format("control has not published its parameters for {} s; see `tandem status`", kThere));
+  const client::Snapshot snapshot = client.snapshot();
+  std::vector<dds::ParameterSetting> settings;
+  for (const dds::KeyValue& entry : snapshot.diagnostics.at(kControl).values) {
+    if (entry.key.starts_with(prefix))
+      settings.push_back({entry.key.substr(prefix.size()), entry.value});
+  }
+  return settings;
+}
+
 /// Requests a check by planning from the present joint positions, under the lease, so that no other client moves the
 /// robot meanwhile.
 /// @throw Failure if the trajectory is infeasible
@@ -174,6 +192,7 @@ void checkFirst(Session& session, const std::string& text, std::string method, b
   if (method.empty())
     method = control::name(static_cast<control::Method>(session.client.snapshot().status.method));
   request.rehearse = method;
+  request.parameters = settingsOf(session.client);
   const auto result = computeLive(session.deployment, request, [&session] { return session.stop.requested(); });
   const dds::RehearsalReport& run = planned ? result.with_posture : result.without_posture;
   const bool completes = run.end == static_cast<std::uint8_t>(planning::RehearsalEnd::kCompleted);

@@ -132,6 +132,22 @@ class Computations(system.SystemTest):
         reported = json.loads(self.assert_ok(self.system.robot("--json", "run", near, "--check")).stdout)
         self.assertEqual(reported["phase"], "finished")
 
+    def test_a_check_before_a_run_rehearses_with_what_is_set(self):
+        near = self.trajectory("near", [0, 2, 0], points=2)
+        slow = ("translation_step=1e-8", "rotation_velocity=1e-5")
+        for name, value in (setting.split("=") for setting in slow):
+            self.assert_ok(self.system.robot("set", name, value))
+        self.assert_refused(self.system.robot("run", near, "--check"), "nothing was started", "point 1")
+        self.assertEqual(self.system.states(), ["DISABLED", "DISABLED"])
+        self.plan("check", near)
+        self.plan("check", near, "--set", slow[0], "--set", slow[1], code=1)
+        self.assertIn("expected NAME=VALUE", self.plan("check", near, "--set", "tip_gain", code=2).stderr)
+        refused = self.plan("check", near, "--set", "tip_gain=fast", code=2).stderr
+        self.assertIn("parameters[0]: tip_gain: found 'fast', expected a finite number above zero", refused)
+        for name, value in (("translation_step", "1e-3"), ("rotation_velocity", "2")):
+            self.assert_ok(self.system.robot("set", name, value))
+        self.assert_ok(self.system.robot("run", near, "--check"))
+
 
 class Clearance(system.SystemTest):
     def test_control_publishes_how_near_the_bodies_are(self):

@@ -196,20 +196,20 @@ TEST(ClosedLoop, EveryTaskConvergesWithItsPlanOrIsRefusedWithTheRightReason) {
     bool any_completed = false;
     for (int m = 0; m < control::kMethodCount; ++m) {
       RehearsalOptions options;
-      options.method = static_cast<control::Method>(m);
-      const bool sure = options.method == control::Method::kNspqp;
-      const bool exact = sure || options.method == control::Method::kSnsqp;
-      const std::string method(control::name(options.method));
+      options.settings.method = static_cast<control::Method>(m);
+      const bool sure = options.settings.method == control::Method::kNspqp;
+      const bool exact = sure || options.settings.method == control::Method::kSnsqp;
+      const std::string method(control::name(options.settings.method));
       if (report.feasible) {
         const Rehearsal with = rehearse(robot.both, spec, start, report.path(), options);
-        expectSafe(with, options.method);
+        expectSafe(with, options.settings.method);
         n.completed[method] += with.end == RehearsalEnd::kCompleted ? 1 : 0;
         EXPECT_TRUE(!sure || with.end == RehearsalEnd::kCompleted) << with.reason;
         if (exact && with.end != RehearsalEnd::kCompleted)
           std::printf("seed %u feasible, yet %s\n", seed, with.reason.c_str());
       }
       const Rehearsal without = rehearse(robot.both, spec, start, {}, options);
-      expectSafe(without, options.method);
+      expectSafe(without, options.settings.method);
       n.without_posture[method] += report.feasible && without.end == RehearsalEnd::kCompleted ? 1 : 0;
       any_completed = any_completed || (exact && without.end == RehearsalEnd::kCompleted);
     }
@@ -255,7 +255,7 @@ TEST(ClosedLoop, ARehearsalNamesWhatHoldsTheMethod) {
   spec.point_count = 20;
   for (const control::Method method : {control::Method::kNspqp, control::Method::kSnsqp}) {
     RehearsalOptions options;
-    options.method = method;
+    options.settings.method = method;
     options.arms = {"left", "right"};
     int shown = 0;
     options.progress = [&](int, int points) { shown += points == 20 ? 1 : 0; };
@@ -325,7 +325,7 @@ TEST(ClosedLoop, ATipAloneIsTracked) {
     for (const control::Method method :
          {control::Method::kNspqp, control::Method::kSnsqp, control::Method::kSns, control::Method::kHqp}) {
       RehearsalOptions rehearsal;
-      rehearsal.method = method;
+      rehearsal.settings.method = method;
       for (const Arms* arms : {&robot.one, &robot.both}) {
         const Rehearsal run = rehearse(*arms, spec, start.head(arms->jointCount()), {}, rehearsal);
         EXPECT_EQ(run.end, RehearsalEnd::kCompleted) << name(method) << ": " << run.reason;
