@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kOver = 1e-12;          // beyond a limit by no more than this is at it, m/s or rad/s
 constexpr double kDependentRow = 1e-10;  // squared part of a unit row that tasks and saturated joints leave free
+constexpr double kNoLever = 1e-6;        // m/rad: with less, joints do not move a task
+constexpr double kRankLost = 1e-3;       // part of a task's velocity that the joints left free may fail to have
 
 using Projector =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, safety::kMaxJoints, safety::kMaxJoints>;
@@ -35,13 +37,15 @@ struct Side {
  *   s = the largest in [0, 1] for which qdot(s) keeps every limit;
  *   where s < 1: the limit c^T qdot <= d that s stands at is held from now on,
  *     qbar += u (d - c^T qbar) / (c^T u),   Pbar -= u u^T / (c^T u),   u = Pbar c,
- *   and again, until s = 1 or A has no rank left; of all these qdot(s) the one with the largest s is qdot_k.
+ *   and again, until s = 1 or A no longer has the first J_k qdot(s); qdot_k is the qdot(s) with the largest s.
  *   P_k = P_{k-1} - (J_k P_{k-1})# J_k P_{k-1}.
  *
  * c is a joint or, beyond the paper, a coupled row of equation (1). The inverse is that of the joints in SI, damped in
- * singular directions alone (damping.h). qdot_0 is zero inside all limits, else the way back (Recovery). What all tasks
- * leave free goes towards qdot_p where there is a posture, straight on up to a limit and then along it. Limits are
- * those of (8), rotations bounded by rotation_velocity. */
+ * singular directions alone (damping.h). Once limits that are held have made more directions singular than the first A
+ * had, it is not damped, but seeks the J_k qdot(s) of the first: a limit that takes a direction which the task does not
+ * need does not stop the task. qdot_0 is zero inside all limits, else the way back (Recovery). What all tasks leave
+ * free goes towards qdot_p where there is a posture, straight on up to a limit and then along it. Limits are those of
+ * (8), rotations bounded by rotation_velocity. */
 class Sns final : public Resolver {
  public:
   explicit Sns(const MethodParameters& parameters) : Resolver(parameters), recovery_(parameters.backend) {}
@@ -87,7 +91,7 @@ class Sns final : public Resolver {
     return result.s < least ? Scaled{-1.0, result.side} : result;
   }
 
-  /// A# w for the damped inverse of A = J Pbar.
+  /// A^T (A A^T + D)^-1 w.
   static RobotVector answer(const TaskJacobian& A,
                             const Eigen::LLT<TaskGram>& factor,
                             const TaskVector& wanted) noexcept {
@@ -95,27 +99,51 @@ class Sns final : public Resolver {
     return A.transpose().lazyProduct(y);
   }
 
+  /// |J qdot - w|.
+  static double missed(const TaskJacobian& J, const RobotVector& velocity, const TaskVector& wanted) noexcept {
+    const TaskVector has = J.lazyProduct(velocity);
+    return (has - wanted).norm();
+  }
+
   /// One task: velocity becomes qdot_k. @return s_k
   double resolveTask(const Task& task, RobotVector& velocity) noexcept {
     RobotVector base = velocity;
     held_ = projector_;
     double best = 0.0;
+    TaskVector offset = TaskVector::Zero(task.velocity.size()), wanted = task.velocity;  // J_k qdot(s) sought
+    TaskVector first_offset = offset, first = wanted;                                    // that of the first round
     int singular = 0;
+    bool exact = false;
     const int joints = static_cast<int>(velocity.size());
     for (int round = 0; round <= joints; ++round) {
       const TaskJacobian A = task.jacobian.lazyProduct(held_);
-      TaskGram gram = A.lazyProduct(A.transpose());
-      const int lost = dampSingularDirections(TaskGram(gram), parameters_.singular_lever, gram);
-      if (round == 0)
-        singular = lost;
-      else if (lost > singular)
-        break;  // what is held has taken a direction of the task with it
+      const TaskGram plain = A.lazyProduct(A.transpose());
+      TaskGram gram = plain;
+      if (!exact) {
+        const int lost = dampSingularDirections(plain, parameters_.singular_lever, gram);
+        if (round == 0)
+          singular = lost;
+        exact = lost > singular;
+      }
+      if (exact) {
+        gram = plain;
+        gram.diagonal().array() += kNoLever * kNoLever;
+        offset = first_offset;
+        wanted = first;
+      }
       const Eigen::LLT<TaskGram> factor(gram);
       if (factor.info() != Eigen::Success)
         break;
       const TaskVector done = task.jacobian.lazyProduct(base);
-      const RobotVector start = base - answer(A, factor, done);
-      const RobotVector slope = answer(A, factor, task.velocity);
+      const RobotVector start = base + answer(A, factor, offset - done);
+      const RobotVector slope = answer(A, factor, wanted);
+      if (round == 0) {
+        first_offset = task.jacobian.lazyProduct(start);
+        first = task.jacobian.lazyProduct(slope);
+      }
+      if (exact && missed(task.jacobian, start, offset) + missed(task.jacobian, slope, wanted) >
+                       kRankLost * (offset.norm() + wanted.norm()))
+        break;  // what is held has taken a direction that the task needs with it
       const Scaled scaled = scale(start, slope);
       if (scaled.s > best) {
         best = scaled.s;

