@@ -116,13 +116,14 @@ bool Follower::update(const TipFollower& tips, const MeasuredTips* measured, Ref
       continue;
     if (leader_.empty())
       leader_.start(tips, task.arm);
-    // Points that the tip goes to lie on the straight continuation of the shaft until it is there.
-    while (leader_.passed() + 1 < progress_.point)
-      leader_.pass(points_[static_cast<std::size_t>(leader_.passed()) + 1].tip);
-    task.target = leader_.farthest(tips, task.arm);
+    task.target = leader_.farthest(tips);
     wanted_.further[k].position = task.target;
   }
-  return update(pointAt(spec_, tips, measured), reference);
+  const int before = progress_.point;
+  const bool running = update(pointAt(spec_, tips, measured), reference);
+  if (before > 0 && progress_.point > before)
+    leader_.pass(tips);  // where the tip has got to, not where it should have
+  return running;
 }
 
 void Follower::aimAtLeader() noexcept {

@@ -25,13 +25,14 @@ void LeaderPath::start(const TipFollower& tips, int arm) {
   std::vector<BackbonePoint> shaft;
   if (tips.shaft(arm, kNodes, shaft) != ModelStatus::kOk)
     return;
+  arm_ = arm;
   for (const BackbonePoint& node : shaft)
     points_.push_back(node.position);
 }
 
-Vector3d LeaderPath::farthest(const TipFollower& tips, int arm) const {
+Vector3d LeaderPath::farthest(const TipFollower& tips) const {
   std::vector<BackbonePoint> shaft;
-  if (empty() || tips.shaft(arm, kNodes, shaft) != ModelStatus::kOk)
+  if (empty() || tips.shaft(arm_, kNodes, shaft) != ModelStatus::kOk)
     return Vector3d::Constant(std::numeric_limits<double>::quiet_NaN());
   return *std::ranges::max_element(points_, {}, [&](const Vector3d& x) { return squaredDistance(x, shaft); });
 }
@@ -46,8 +47,8 @@ LeaderDeviation leaderDeviation(const Arms& arms, int arm, const Eigen::MatrixXd
     if (leader.empty())
       leader.start(tips, arm);
     else
-      leader.pass(tips.tip(arm).pose.translation());
-    const Vector3d place = leader.farthest(tips, arm);
+      leader.pass(tips);
+    const Vector3d place = leader.farthest(tips);
     kinematics::ShaftPoint foot;
     if (!place.allFinite() || tips.shaftPoint(arm, place, false, foot) != ModelStatus::kOk)
       continue;

@@ -10,7 +10,7 @@
 
 namespace tandem::planning {
 
-/** Path of a leader, the tip of an arm: points of the arm's shaft at the start, then points that the tip has passed.
+/** Path of a leader, the tip of an arm: points of the arm's shaft at the start, then points to which the tip has come.
  *
  * A deployment follows its leader where the shaft stays on this path (Gilbert, Neimat & Webster 2015). The deviation is
  *
@@ -26,17 +26,19 @@ class LeaderPath {
   void clear() noexcept { points_.clear(); }
   /// The shaft at the start. Stays empty where the model has no solution. @param tips  of all arms
   void start(const TipFollower& tips, int arm);
-  /// The tip has passed a point, m.
-  void pass(const Eigen::Vector3d& point) { points_.push_back(point); }
-  /// Number of points that the tip has passed.
-  int passed() const noexcept { return empty() ? 0 : static_cast<int>(points_.size()) - kNodes; }
+  /// The tip has come to where it is now.
+  void pass(const TipFollower& tips) {
+    if (!empty())
+      points_.push_back(tips.tip(arm_).pose.translation());
+  }
 
   /// The point x_i with the largest |x_i - f(x_i)|; not finite where the path is empty or the model has no solution.
   /// It is found with the tangents at kNodes points of the shaft: of several points whose distances differ by less
   /// than h^2 / 8 times the curvature, h the distance of the nodes, it may be any.
-  Eigen::Vector3d farthest(const TipFollower& tips, int arm) const;
+  Eigen::Vector3d farthest(const TipFollower& tips) const;
 
  private:
+  int arm_ = 0;  ///< whose tip leads
   std::vector<Eigen::Vector3d> points_;
 };
 
