@@ -62,8 +62,9 @@ void print(const dds::TrajectoryReport& report, std::ostream& out) {
     return;
   }
   if (report.planar_start != 0) {
-    out << "note: all tubes of an arm start bent in one plane, where rotations move its tip only across that plane; "
-           "for a motion inward in the plane control first rotates the tubes slightly against each other\n";
+    out << "note: at the start all rotations of an arm move its tip along one line, as where its tubes bend in one "
+           "plane; "
+           "for a motion inward in that plane control first rotates the tubes slightly against each other\n";
   }
   for (const dds::PointReport& point : report.points) {
     if (!reached(point))

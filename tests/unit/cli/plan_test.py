@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """tandem plan: verdicts, reasons, files and exit codes."""
 import csv
+import itertools
 import json
 import pathlib
 import re
@@ -9,6 +10,8 @@ import subprocess
 import sys
 import tempfile
 import unittest
+
+import yaml
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "integration" / "harness"))
 import system  # noqa: E402
@@ -39,6 +42,11 @@ class Plan(unittest.TestCase):
         self.far.write_text(FAR)
         self.near = self.folder / "near.yaml"
         self.near.write_text(NEAR)
+
+    def file(self, name, content):
+        path = self.folder / name
+        path.write_text(yaml.safe_dump(content, sort_keys=False))
+        return path
 
     def test_files_of_solvers_in_the_working_folder_change_nothing(self):
         answers = []
@@ -109,6 +117,48 @@ class Plan(unittest.TestCase):
                          r"the shaft leaves its path by [\d.e-]+ mm at most, at point \d+, at \[.*\] mm; in the rehearsal by")
         answer, _ = plan("check", "remote-centre")
         self.assertNotIn("leader", answer.stdout)
+
+    def test_helical_tubes_leave_their_path_as_far_as_the_check_says(self):
+        """Helices of one torsion do not twist each other where they are aligned, others do."""
+        robot = yaml.safe_load((system.PRESETS / "robots" / "ark2024.yaml").read_text())
+        for arm, torsions in zip(robot["arms"], ((25, 25, 25), (25, 25, -25)), strict=True):
+            for tube, torsion in zip(arm["tubes"], torsions, strict=True):
+                tube["torsion_per_m"] = torsion
+        self.file("helix.yaml", robot)
+        preset = yaml.safe_load((system.PRESETS / "experiments" / "follow-the-leader.yaml").read_text())
+        planned = {}
+        for arm, model in itertools.product("ab", ("rigid", "compliant")):
+            deployment = yaml.safe_load((system.PRESETS / "deployments" / "lockstep-compliant-plant.yaml").read_text())
+            deployment.update(robot="helix.yaml", model=model, plant={"model": model})
+            tasks = [{"tip": arm}, {"follow_the_leader": {"arm": arm}}]
+            experiment = {**preset, "robot": "helix.yaml"}
+            for configuration in experiment["configurations"]:
+                configuration["joints"] = [{**joints, "arm": f"arm_{k}"} for joints, k in
+                                           zip(configuration["joints"], arm + "ab".replace(arm, ""), strict=True)]
+            run = experiment["trajectories"][0]
+            run["tasks"] = tasks
+            trajectory = {"tandem": "trajectory/1", "name": "in", **{key: run[key] for key in
+                          ("tasks", "shape", "points", "tolerance_mm", "max_iterations")}}
+            files = [self.file("experiment.yaml", experiment), self.file("in.yaml", trajectory)]
+            answer = system.run("experiment", files[0], "--offline", "-d", self.file("deployment.yaml", deployment), "--json")
+            self.assertEqual(answer.returncode, 0, answer.stderr)
+            measured = {entry["run"]: 1e-3 * entry["max_mm"] for entry in json.loads(answer.stdout)["further"]}
+            self.assertEqual(len(measured), 8)
+            for name, deviation in measured.items():
+                _, start, method = name.split("-")
+                answer, report = plan("check", files[1], "--robot", self.folder / "helix.yaml", "--model", model, "--method", method,
+                                      "--from", f"{files[0]}:{start}", "--no-clearance", "--json")
+                self.assertEqual(answer.returncode, 0, answer.stdout + answer.stderr)
+                rehearsed = report["leader"]["rehearsed_deviation_m"]
+                self.assertLess(deviation, rehearsed + 10e-6, (arm, model, name))
+                self.assertLess(rehearsed, deviation + 1e-3 * run["tolerance_mm"], (arm, model, name))
+                planned[arm, start, model] = report["leader"]["deviation_m"]
+                self.assertEqual(report["planar_start"], (arm, start) == ("a", "plane"))
+        for arm, start, model in planned:
+            if model == "rigid" or (arm, start) == ("a", "plane"):
+                self.assertLess(planned[arm, start, model], 2e-6)
+            else:
+                self.assertGreater(planned[arm, start, model], 10e-6)
 
     def test_the_arms_pass_a_needle_without_touching(self):
         answer, report = plan("check", "needle-passing", "--from", "needle-passing:apart", "--clearance-mm", "2", "--json")
