@@ -3,6 +3,7 @@
 import { Display } from "./display";
 import type { Announcer } from "./panels/announcer";
 import type { Context } from "./panels/context";
+import { Currency } from "./panels/currency";
 import { h } from "./panels/dom";
 import { LogPanel } from "./panels/log";
 import { Notices } from "./panels/notices";
@@ -70,7 +71,8 @@ export class App {
     );
     const orders = new Orders((level, text) => messages.add(level, text));
     const notices = new Notices();
-    this.c = { robot, world, replayed: "", link, commander, pilot, messages, notices, orders };
+    const current = new Currency(robot, world, link, messages);
+    this.c = { robot, world, current, replayed: "", link, commander, pilot, messages, notices, orders };
     const ask = async (): Promise<ArrayBuffer> => {
       await server.known;
       return fetchBytes("/api/events", "");
@@ -186,6 +188,7 @@ export class App {
     this.stop.update(now);
     this.replay.tick(now);
     const panels = now - this.shownAt >= kShow;
+    if (panels) this.c.current.update(now);
     this.display.update(now, panels);
     if (panels) {
       this.shownAt = now;

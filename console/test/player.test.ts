@@ -121,3 +121,18 @@ test("a server that fails is said, and a later seek is not ended by it", async (
   expect(failures).toEqual(["Error: no server"]);
   expect(player.waiting).toBe(false);
 });
+
+test("samples that cannot be had leave the time that is shown", async () => {
+  const { player, answers, failures, slot } = recording([kStart, kStart + 40_000, kStart + 90_000]);
+  void player.seek(kStart + 90_000);
+  for (await flush(); answers.length > 0; await flush()) answers.shift()!();
+  expect(slot.value<{ number: number }>()?.number).toBe(2);
+  vi.stubGlobal("fetch", () => Promise.reject(new Error("cut")));
+  void player.seek(kStart + 20_000);
+  await player.seek(kStart + 10_000); // before it the slots have nothing, and the last sample would pass for a new one
+  expect(failures).toEqual(["Error: cut"]);
+  expect(player.time).toBe(kStart + 90_000);
+  expect(slot.value<{ number: number }>()?.number).toBe(2);
+  await player.step(-1);
+  expect(player.time).toBe(kStart + 90_000);
+});

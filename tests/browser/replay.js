@@ -8,7 +8,7 @@ const path = require("node:path");
 
 const kLocked = /A recording is shown, not the robot: return to live first\./;
 
-module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }) => {
+module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl, open: newPage }) => {
   const page = () => me().page;
   let file = ""; // of the recording
   const list = async () => {
@@ -206,6 +206,54 @@ module.exports = ({ robot, me, server, setting, enable, run, shot, takeControl }
       await robot().until("stop", (s) => s.arms.every((arm) => /stop_requested/.test(arm.faults)));
       await me().text("#stop-note", /confirmed after \d+ ms/);
       await me().state("#link", "live");
+      await takeControl();
+    },
+
+    async "replay: while another page moves the robot nothing says live, and what happens to the robot comes through"() {
+      await enable();
+      await release();
+      const other = await newPage();
+      await other.press("#take");
+      await other.text("#lease", /Control: this page/);
+      await list();
+      let answer; // the server describes a large recording for seconds
+      const asked = new Promise((come) => page().route("**/api/recordings/about*", (route) => come((answer = route))));
+      await me().press(`[data-file="${path.basename(file)}"]`);
+      await asked;
+      robot().command("stop");
+      await me().said(/Replay of .* has not begun: .*stop/i);
+      const described = page().waitForResponse(/about/);
+      await answer.continue();
+      await described;
+      await page().unroute("**/api/recordings/about*");
+      await other.press("#disable");
+      await robot().states("DISABLED");
+      await other.press("#enable");
+      await robot().states("ENABLED");
+      await me().state("#link", "live");
+      await list();
+      await me().press(`[data-file="${path.basename(file)}"]`);
+      await me().state("#link", "replay");
+      await other.choose("trajectory", "line");
+      await other.press("#run-start");
+      await robot().moves("while another page replays");
+      const text = await page().evaluate(() => document.querySelector("#app").innerText);
+      assert.ok(!/LIVE/.test(text), `something says LIVE: ${text}`);
+      const outdated = (than) =>
+        [...document.querySelectorAll(".messages li")].filter((li) => /out of date/.test(li.textContent)).length > than;
+      let before = 0;
+      while (await page().evaluate(outdated, before)) ++before;
+      process.kill(setting.pids.control, "SIGSTOP");
+      try {
+        await page().waitForFunction(outdated, before);
+        assert.match(await page().textContent("#link"), /REPLAY · not live/);
+      } finally {
+        process.kill(setting.pids.control, "SIGCONT");
+      }
+      robot().command("stop");
+      await me().said(/Replay of .* has ended: .*(stop|Arm)/i);
+      await me().state("#link", "live");
+      await other.page.context().close();
       await takeControl();
     },
 

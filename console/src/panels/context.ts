@@ -11,6 +11,7 @@ import type { World } from "../state/world";
 import type { Pilot } from "../teleop/pilot";
 import type { Link } from "../wire/link";
 import { Phase } from "../wire/messages";
+import type { Currency } from "./currency";
 import type { LogPanel } from "./log";
 import type { Notices } from "./notices";
 
@@ -18,6 +19,8 @@ export interface Context {
   /** Of what is shown: the robot, or the recorded one. */
   robot: Robot;
   world: World;
+  /** Of the robot, whatever is shown. */
+  current: Currency;
   /** The recording that is shown instead of the robot; empty: none. */
   replayed: string;
   link: Link;

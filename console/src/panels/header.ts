@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /** Header, always visible: link, arms, lease owner, stop. */
 import { mayCommand } from "../state/robot";
-import { age, ageText } from "../state/age";
 import { shortName, stateGlyph, stateMeaning, stateName, valuesOf } from "../state/descriptions";
 import type { Context, Panel } from "./context";
 import { reportedByControl, whyNot } from "./context";
@@ -24,8 +23,6 @@ export class Header implements Panel {
   private readonly arms: HTMLElement[];
   private readonly who = h("output.who", { id: "lease", "data-longest": "Control: another client" });
   private readonly take: HTMLButtonElement;
-  private wasLive = false;
-  private wasSilent = false;
 
   constructor(private readonly c: Context) {
     const states = [...valuesOf("OperatingState").map(({ name }) => name), stateName(kUnknown)];
@@ -72,33 +69,11 @@ export class Header implements Panel {
   }
 
   update(now: number): void {
-    const { link, world, robot, commander } = this.c;
-    const live = world.live(now);
+    const { world, commander, current } = this.c;
     if (this.c.replayed !== "") return this.showReplay();
-    const silent = world.planningSilent(now);
-    let text = `◉ LIVE ${robot.lock_step ? "· lock-step" : ""}`;
-    if (silent !== "") text = `◐ LIVE · NO DATA FROM PLANNING · ${silent}`;
-    if (link.state !== "open") text = `✕ NO LINK · ${ageText(age(link.receivedAt, now))}`;
-    else if (world.heldBack(now)) text = `◔ OLD DATA · ${ageText(world.age(world.status, now))}`;
-    else if (world.stale(world.status, now)) text = `◔ NO DATA FROM CONTROL · ${ageText(world.age(world.status, now))}`;
-    else if (!live) text = `◔ NO DATA FROM DRIVES · ${ageText(world.age(world.hal, now))}`;
-    // The end of the link itself is an event of its own.
-    if (this.wasLive && !live && link.state === "open")
-      this.c.messages.add("bad", `The data is out of date: ${text.slice(2)}`);
-    if (live && !this.wasLive) this.c.messages.add("info", "The data is current");
-    if (live && this.wasLive && (silent !== "") !== this.wasSilent)
-      this.c.messages.add(
-        silent === "" ? "info" : "bad",
-        silent === "" ? "Planning publishes again" : `Planning no longer publishes: its last data is ${silent}`,
-      );
-    this.wasSilent = silent !== "";
-    this.wasLive = live;
-    setText(this.link, text);
-    setAttribute(
-      this.link,
-      "data-state",
-      live ? (silent === "" ? "live" : "partly") : link.state === "open" ? "stale" : "lost",
-    );
+    const live = world.live(now);
+    setText(this.link, current.text);
+    setAttribute(this.link, "data-state", current.state);
     this.updateArms(live);
     this.updateLease(now);
     setUsable(this.take, whyNot(this.c, commander.holds ? "release" : "take", now));

@@ -62,6 +62,8 @@ export class Replay implements Panel {
   private readonly end: HTMLButtonElement;
   private buttons: HTMLButtonElement[] = [];
   private listed = -1;
+  /** The recording that is shown once the server has described it; empty: none. */
+  private opening = "";
   private player: Player | null = null;
   private timeline: Timeline | null = null;
   private shown: Shown | null = null;
@@ -127,9 +129,11 @@ export class Replay implements Panel {
 
   private async open(file: string): Promise<void> {
     if (this.whyNot() !== "") return;
+    this.opening = file;
     try {
       const about = await fetchJson<RecordingAbout>("/api/recordings/about", `file=${encodeURIComponent(file)}`);
-      if (this.whyNot() !== "") return;
+      if (this.whyNot() !== "" || this.opening !== file) return;
+      this.opening = "";
       if (this.player) this.close();
       this.begin(about);
     } catch (error) {
@@ -172,6 +176,10 @@ export class Replay implements Panel {
 
   /** The robot is shown again. @param why  what has happened to it; empty: it was asked for */
   close(why = ""): void {
+    if (this.opening !== "" && why !== "") {
+      this.c.messages.add("bad", `Replay of ${this.opening} has not begun: ${why}`);
+      this.opening = "";
+    }
     if (!this.shown) return;
     const file = this.shown.c.replayed;
     this.shown = this.player = null;

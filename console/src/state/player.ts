@@ -98,6 +98,8 @@ export class Player implements Source {
   /** Time does not run on because samples are missing. */
   private starving = false;
   private tickedAt = -1;
+  /** ms since 1970: what the slots have was recorded until then. */
+  private fedTo: number;
 
   /** @param failed  called with the reason when samples cannot be had; it stands then */
   constructor(
@@ -106,7 +108,7 @@ export class Player implements Source {
   ) {
     this.first = about.start_ms - kEdge;
     this.last = about.end_ms + kEdge;
-    this.time = about.start_ms;
+    this.time = this.fedTo = about.start_ms;
   }
 
   subscribe<T>(topic: string, listener?: (message: T, time: number) => void): Slot {
@@ -163,6 +165,7 @@ export class Player implements Source {
     for (let k = Math.max(0, this.index(from)); k <= this.index(to); ++k)
       for (const { channel, time, payload } of this.segments.get(k)?.samples ?? [])
         if (time > from && time <= to) this.slots.get(channel)?.put(payload, now, time);
+    this.fedTo = to;
   }
 
   /** Shows this time. The samples of the seconds before it fill the charts. */
@@ -218,7 +221,9 @@ export class Player implements Source {
       if (!outdated()) this.stand(String(error));
     }
   }
+  /** At the time that is shown: another one would be said of samples that are not its own. */
   private stand(why: string): void {
+    this.time = this.fedTo;
     this.playing = this.seeking = this.starving = false;
     this.failed(why);
   }
