@@ -53,8 +53,23 @@ bool History::isEvent(std::uint32_t channel,
 }
 
 bool History::isKept(std::uint32_t channel, std::string_view bytes) const {
-  return std::any_of(kept_.begin(), kept_.end(),
-                     [&](const HistoryEvent& one) { return one.channel == channel && *one.sample.bytes == bytes; });
+  const auto line = lines_.find(channel);
+  return line != lines_.end() && std::any_of(line->second.kept.begin(), line->second.kept.end(),
+                                             [&](const HistoryEvent& one) { return *one.sample.bytes == bytes; });
+}
+
+void History::makeRoom() {
+  while (count_ > kMost || bytes_ > kBytes) {
+    const auto less = [few = count_ > kMost](const auto& one, const auto& other) {
+      return few ? one.second.kept.size() < other.second.kept.size() : one.second.bytes < other.second.bytes;
+    };
+    Line& largest = std::max_element(lines_.begin(), lines_.end(), less)->second;
+    const std::size_t size = largest.kept.front().sample.bytes->size();
+    largest.kept.pop_front();
+    largest.bytes -= size;
+    bytes_ -= size;
+    --count_;
+  }
 }
 
 void History::take(std::uint32_t channel,
@@ -64,22 +79,35 @@ void History::take(std::uint32_t channel,
   const std::lock_guard lock(mutex_);
   if (!isEvent(channel, topic, sample, features))
     return;
-  ++taken_;
-  kept_.push_back({channel, sample});
-  for (bytes_ += sample.bytes->size(); kept_.size() > kMost || bytes_ > kBytes; kept_.pop_front())
-    bytes_ -= kept_.front().sample.bytes->size();
+  Line& line = lines_[channel];
+  line.kept.push_back({++taken_, channel, sample});
+  line.bytes += sample.bytes->size();
+  bytes_ += sample.bytes->size();
+  ++count_;
+  makeRoom();
   changed_.notify_all();
 }
 
+std::vector<HistoryEvent> History::after(std::uint64_t number) const {
+  std::vector<HistoryEvent> events;
+  for (const auto& [channel, line] : lines_) {
+    const auto first = std::upper_bound(line.kept.begin(), line.kept.end(), number,
+                                        [](std::uint64_t n, const HistoryEvent& one) { return n < one.number; });
+    events.insert(events.end(), first, line.kept.end());
+  }
+  std::sort(events.begin(), events.end(),
+            [](const HistoryEvent& one, const HistoryEvent& other) { return one.number < other.number; });
+  return events;
+}
+
 std::vector<HistoryEvent> History::events() const {
-  std::uint64_t none = 0;
-  return eventsAfter(none);
+  const std::lock_guard lock(mutex_);
+  return after(0);
 }
 
 std::vector<HistoryEvent> History::eventsAfter(std::uint64_t& known) const {
   const std::lock_guard lock(mutex_);
-  const std::uint64_t more = std::min<std::uint64_t>(kept_.size(), taken_ - std::exchange(known, taken_));
-  return {kept_.end() - static_cast<std::ptrdiff_t>(more), kept_.end()};
+  return after(std::exchange(known, taken_));
 }
 
 void History::wait(const std::stop_token& end, std::uint64_t known) const {
@@ -94,8 +122,7 @@ std::uint64_t History::taken() const {
 
 std::string History::packed(std::uint64_t now) const {
   std::string answer = beginSamples(now);
-  const std::lock_guard lock(mutex_);
-  for (const HistoryEvent& kept : kept_)
+  for (const HistoryEvent& kept : events())
     appendSample(answer, kept.channel, kept.sample.time, *kept.sample.bytes);
   return answer;
 }

@@ -19,14 +19,17 @@ namespace tandem::console {
 
 /** A kept sample. */
 struct HistoryEvent {
+  std::uint64_t number = 0;  ///< of the kept samples so far, from 1
   std::uint32_t channel = 0;
   HubSample sample;
 };
 
-/** Keeps samples of the topics with events, as DDS delivers them. Any thread. */
+/** Keeps samples of the topics with events, as DDS delivers them. Any thread.
+ *
+ * The topic that has the most makes room, with its oldest sample: a flood of log lines leaves the faults. */
 class History {
  public:
-  static constexpr std::size_t kMost = 2000;        ///< samples
+  static constexpr std::size_t kMost = 2000;        ///< samples of all topics
   static constexpr std::size_t kBytes = 4'000'000;  ///< of their payloads
 
   /// Whether the topic has events: states, faults, stops, ends of runs and processes, lines of logs, identities.
@@ -58,11 +61,19 @@ class History {
                const SampleFeatures& features);
 
   bool isKept(std::uint32_t channel, std::string_view bytes) const;
+  std::vector<HistoryEvent> after(std::uint64_t number) const;
+  void makeRoom();
+
+  /** Of one topic. */
+  struct Line {
+    std::deque<HistoryEvent> kept;
+    std::size_t bytes = 0;
+  };
 
   mutable std::mutex mutex_;
   mutable std::condition_variable_any changed_;
-  std::deque<HistoryEvent> kept_;
-  std::size_t bytes_ = 0;
+  std::map<std::uint32_t, Line> lines_;  ///< by channel
+  std::size_t count_ = 0, bytes_ = 0;    ///< of all
   std::uint64_t taken_ = 0;
   std::map<std::uint32_t, std::uint64_t> states_;  ///< events of the last sample by channel
   std::map<std::uint64_t, std::uint64_t> stops_;   ///< time of the last stop by client

@@ -105,5 +105,34 @@ TEST_F(EventsForLaterPages, AreLimitedInNumberAndSizeAndTheNewestStay) {
   EXPECT_EQ(kept().front().second, 9000u - History::kMost + 1);
 }
 
+TEST_F(EventsForLaterPages, AreThoseOfTheOtherTopicsAfterAFloodOfOne) {
+  dds::ControlStatus status{};
+  for (std::uint64_t time = 1; time <= 40; ++time) {
+    status.faults[0] = time % 2;
+    take("control/status", status, time);
+  }
+  std::uint64_t known = 0;
+  history_.eventsAfter(known);
+  dds::Log line{};
+  line.msg = "request refused";
+  for (std::uint64_t time = 41; time <= 10'000; ++time) {
+    take("/rosout", line, time);
+    line.msg = std::to_string(time);
+  }
+  const auto all = kept();
+  ASSERT_EQ(all.size(), History::kMost);
+  EXPECT_EQ(all[39], (std::pair<std::string, std::uint64_t>{"control/status", 40}));
+  EXPECT_EQ(all[40].second, 10'000 - (History::kMost - 40) + 1);
+  const auto later = history_.eventsAfter(known);
+  ASSERT_EQ(later.size(), History::kMost - 40);  // nothing that was known
+  EXPECT_EQ(later.front().number, 10'000u - later.size() + 1);
+  line.msg = std::string(50'000, 'x');
+  for (std::uint64_t time = 10'001; time <= 10'200; ++time) {
+    line.msg[0] = static_cast<char>(time % 100);
+    take("/rosout", line, time);
+  }
+  EXPECT_EQ(kept()[39].first, "control/status");  // the limit of bytes, too
+}
+
 }  // namespace
 }  // namespace tandem::console
