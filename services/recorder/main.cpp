@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem-recorder: the black box of a robot. */
-#include <signal.h>
 #include <spdlog/spdlog.h>
 
 #include <cstdio>
@@ -47,7 +46,6 @@ void report(runtime::Diagnostics& diagnostics, const recorder::BlackBox& box, co
 }
 
 void run(const runtime::Setup& setup, runtime::StopSignal& stop) {
-  signal(SIGXFSZ, SIG_IGN);  // exceeding a file size limit is treated as a full disk and does not end the process
   // Bytes need a separate bus, besides the one for diagnostics.
   dds::Bus bus(runtime::busOptions(setup.deployment, setup.name));
   dds::Bus bytes(

@@ -62,12 +62,15 @@ StopSignal::StopSignal() {
   sigaction(SIGHUP, nullptr, &old_hangup_);
   if (old_hangup_.sa_handler != SIG_IGN)
     sigaction(SIGHUP, &action, nullptr);
+  action.sa_handler = SIG_IGN;
+  sigaction(SIGXFSZ, &action, &old_file_size_);
 }
 
 StopSignal::~StopSignal() {
   sigaction(SIGINT, &old_interrupt_, nullptr);
   sigaction(SIGTERM, &old_terminate_, nullptr);
   sigaction(SIGHUP, &old_hangup_, nullptr);
+  sigaction(SIGXFSZ, &old_file_size_, nullptr);
   close(g_event.exchange(-1));
 }
 

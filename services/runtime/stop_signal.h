@@ -10,7 +10,8 @@ namespace tandem::runtime {
 /// Why this process ends, for people: the signal; empty while no stop is requested.
 std::string reasonOfStop();
 
-/** Catches SIGINT, SIGTERM and SIGHUP during its lifetime. One per process; create it before any thread. */
+/** Catches SIGINT, SIGTERM and SIGHUP during its lifetime, and ignores SIGXFSZ: at a limit of file sizes write() fails
+ * as on a full disk, and the process goes on. One per process; create it before any thread. */
 class StopSignal {
  public:
   /// @throw std::logic_error if the process has one already, std::system_error if the kernel grants no eventfd.
@@ -35,6 +36,7 @@ class StopSignal {
   struct sigaction old_interrupt_ {};
   struct sigaction old_terminate_ {};
   struct sigaction old_hangup_ {};
+  struct sigaction old_file_size_ {};
 };
 
 }  // namespace tandem::runtime

@@ -20,13 +20,13 @@ class Server {
     this.setting = setting;
     this.url = `http://127.0.0.1:${setting.port}`;
   }
-  async start() {
+  /** @param largest  bytes that a file may have: beyond them its disk is full */
+  async start(largest = 0) {
     const { bin, deployment, port, page } = this.setting;
-    this.process = spawn(
-      path.join(bin, "tandem-console"),
-      ["--deployment", deployment, "--port", String(port), "--page", page, "--log", "warn"],
-      { stdio: ["ignore", "inherit", "inherit"] },
-    );
+    const words = ["--deployment", deployment, "--port", String(port), "--page", page, "--log", "warn"];
+    const limit = largest > 0 ? ["prlimit", `--fsize=${largest}`] : [];
+    const [program, ...rest] = [...limit, path.join(bin, "tandem-console"), ...words];
+    this.process = spawn(program, rest, { stdio: ["ignore", "inherit", "inherit"] });
     this.ended = new Promise((resolve) => this.process.once("exit", resolve));
     const end = monotonic() + kTimeout;
     while (monotonic() < end) {

@@ -116,6 +116,35 @@ module.exports = ({ robot, me, server, takeControl, enable, run, shot, open }) =
       await enable();
     },
 
+    async "a full disk is reported, nothing is lost in silence, and stop stops"() {
+      await enable();
+      const operator = me();
+      const again = async (largest) => {
+        const complaints = [...operator.complaints]; // browsers log that no server answers
+        await server.kill("SIGTERM");
+        await server.start(largest);
+        await operator.load();
+        operator.complaints = complaints;
+      };
+      await again(8000);
+      await operator.tab("log");
+      robot().command("stop");
+      await logged(/tandem-console: the events cannot be written for the next start; .*File too large/);
+      await logged(/Arm A: stop_requested/);
+      await enable();
+      await operator.press("#record");
+      await operator.text("#recording", /^✕ It ended early: .*File too large/);
+      await operator.said(/Recording: ✕ It ended early: .*File too large/);
+      await run();
+      await page().keyboard.press("Escape");
+      await robot().until("stop", (s) => s.arms.every((arm) => /stop_requested/.test(arm.faults)));
+      await operator.text("#stop-note", /confirmed after \d+ ms/);
+      await shot("console-full-disk");
+      await again(0);
+      await enable();
+      await operator.tab("log");
+    },
+
     async "the log is searched, filtered and exported"() {
       await enable();
       await me().tab("log");

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem record: records topics of a running robot to an MCAP file. */
-#include <signal.h>
-
 #include <chrono>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -64,7 +62,6 @@ int runRecord(const RecordCommand& options) {
   recorder_options.longest_file = options.split_seconds;
   recorder_options.memory = static_cast<std::size_t>(1e6 * options.memory_megabytes);
 
-  signal(SIGXFSZ, SIG_IGN);  // write() then fails at a file size limit as on a full disk, and the process continues
   runtime::StopSignal stop;
   recordings::Recorder recorder(info, deployment.prefix, topics, recorder_options);
   const auto start = Clock::now();

@@ -50,6 +50,12 @@ TEST(StopSignal, ItsReasonIsNamed) {
   EXPECT_EQ(reasonOfStop(), "it is done");
 }
 
+TEST(StopSignal, ALimitOfFileSizesIsNone) {
+  StopSignal stop;
+  std::raise(SIGXFSZ);
+  EXPECT_FALSE(stop.requested());
+}
+
 TEST(StopSignal, ThereIsOnePerProcess) {
   StopSignal stop;
   EXPECT_THROW(StopSignal{}, std::logic_error);
