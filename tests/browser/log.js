@@ -3,6 +3,9 @@
 "use strict";
 const assert = require("node:assert");
 const fs = require("node:fs");
+const { FrameLink } = require("./harness.js");
+
+const kFlood = 20000; // lines: more than the page keeps
 
 module.exports = ({ robot, me, server, takeControl, enable, run, shot, open }) => {
   const page = () => me().page;
@@ -113,6 +116,43 @@ module.exports = ({ robot, me, server, takeControl, enable, run, shot, open }) =
       await other.tab("log");
       await other.text("#log", /Arm A: stop_requested/);
       await other.page.context().close();
+      await enable();
+    },
+
+    async "a flood of lines is drawn as far as it is seen, alarms stay, and stop is confirmed"() {
+      await enable();
+      const link = new FrameLink(server);
+      const other = await open(await link.start());
+      robot().command("stop");
+      await other.page.waitForFunction(() => document.querySelector("#alarms").childElementCount >= 2);
+      const alarms = await other.page.$eval("#alarms", (list) => list.childElementCount);
+      await enable();
+      const text = "request: enable";
+      const isLine = (one) => (one[0] & 15) === 2 && one.includes(text);
+      await other.text(".messages", /client [0-9a-f]{4}: enable/);
+      const line = link.frames.filter(isLine).at(-1);
+      const [time, words] = [(line[1] < 126 ? 2 : 4) + 5, line.indexOf(text)]; // after header, opcode and subscription
+      const flood = Array.from({ length: kFlood }, (_, k) => {
+        const one = Buffer.from(line);
+        one.writeBigUInt64LE(one.readBigUInt64LE(time) + BigInt(1000 * (k + 1)), time);
+        one.write(String(k).padStart(text.length, "x"), words);
+        return one;
+      });
+      await other.page.evaluate(() => {
+        window.drawn = 0;
+        const count = (changes) => changes.forEach(({ addedNodes }) => (window.drawn += addedNodes.length));
+        new MutationObserver(count).observe(document.querySelector(".messages"), { childList: true });
+      });
+      link.insert([Buffer.concat(flood)]);
+      await other.page.keyboard.press("Escape");
+      await other.text("#stop-note", /confirmed after \d+ ms/);
+      await other.text(".messages", new RegExp(`x${kFlood - 1}\\b`));
+      const drawn = await other.page.evaluate("drawn");
+      assert.ok(drawn < kFlood / 2, `${drawn} rows were drawn for ${kFlood} lines`);
+      const after = await other.page.$eval("#alarms", (list) => list.childElementCount);
+      assert.ok(after >= alarms + 2, `${alarms} alarms before, ${after} after the flood and another stop`);
+      await other.page.context().close();
+      link.close();
       await enable();
     },
 

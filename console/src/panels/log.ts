@@ -9,6 +9,7 @@ import { Sound } from "./sound";
 const kGlyph: Record<Level, string> = { done: "✓", info: "·", bad: "!", alarm: "✕" };
 const kNewest = 100; // entries in the list that is always visible
 const kShown = 1000; // and at most in the panel
+const kAgain = 500; // ms between two images of the panel: it has up to kShown rows, and a flood changes each
 const kRepeat = 5000; // ms between the tones of alarms that are not acknowledged
 
 export class LogPanel {
@@ -33,6 +34,9 @@ export class LogPanel {
   private readonly found = h("ol.found", { id: "log", "aria-label": "Log" });
   private readonly summary = h("output.fine", { id: "log-summary" });
   private shown = "";
+  private drawnAt = -Infinity;
+  /** Not in the list of the newest yet, the oldest first; no more than it shows. */
+  private fresh: Entry[] = [];
   private seen: Entry[] = [];
   private sounded = 0;
 
@@ -99,8 +103,8 @@ export class LogPanel {
   }
   private show(entry: Entry): void {
     if (entry.past) return; // showPast() follows
-    this.messages.prepend(this.row(entry));
-    while (this.messages.childElementCount > kNewest) this.messages.lastElementChild!.remove();
+    this.fresh.push(entry);
+    if (this.fresh.length > kNewest) this.fresh.shift();
     this.announcer.entry(entry);
     this.sound.play(entry.level);
     if (entry.level === "alarm") this.sounded = performance.now();
@@ -109,6 +113,7 @@ export class LogPanel {
   /** The newest lines again, once those of the past are among them. */
   showPast(): void {
     const newest = this.log.entries.slice(-kNewest).reverse();
+    this.fresh = [];
     this.messages.replaceChildren(...newest.map((entry) => this.row(entry)));
   }
 
@@ -124,10 +129,14 @@ export class LogPanel {
 
   update(now: number): void {
     this.updateAlarms(now);
-    if (this.element.closest("[hidden]")) return;
+    if (this.fresh.length > 0) this.messages.prepend(...this.fresh.reverse().map((entry) => this.row(entry)));
+    this.fresh = [];
+    while (this.messages.childElementCount > kNewest) this.messages.lastElementChild!.remove();
+    if (this.element.closest("[hidden]") || now - this.drawnAt < kAgain) return;
     const state = `${this.log.version} ${[...this.levels].join()} ${this.search.value}`;
     if (state === this.shown) return;
     this.shown = state;
+    this.drawnAt = now;
     const found = this.filtered;
     this.found.replaceChildren(
       ...found
