@@ -90,9 +90,32 @@ test("a tip on its leash that does not turn for a second cannot turn further; on
   for (let time = 0; time <= 1000; time += 50) expect(watch.see(time, leashed, tip(0))).toBe("");
   expect(watch.see(1050, leashed, tip(0.001))).toBe("The arm cannot turn further in this direction: 5.7° are left.");
   expect(watch.see(1100, leashed, tip(0.05))).toBe(""); // it has turned
-  for (let time = 1150; time <= 5000; time += 50) expect(watch.see(time, leashed, tip(2e-5 * time))).toBe("");
-  expect(watch.see(9000, leashed, tip(0.1))).not.toBe("");
+  for (let time = 1150; time <= 5000; time += 50) expect(watch.see(time, leashed, tip(2e-5 * time + 0.028))).toBe("");
+  expect(watch.see(9000, leashed, tip(0.128))).not.toBe("");
   expect(watch.see(9050, free, tip(0.1))).toBe("");
   expect(watch.see(9100, leashed, tip(0.1))).toBe("");
   expect(watch.see(20000, leashed, null)).toBe("");
+});
+
+test("a tip that turns about another axis than it is asked to, or away from it, cannot turn further", () => {
+  const asked = turnOf(status([0, 0, 0.3], [0, 0, 0.1], "leash_angle"));
+  const about = (axis: "x" | "z", angle: number) => ({
+    ...tip(0),
+    [axis]: Math.sin(angle / 2),
+    w: Math.cos(angle / 2),
+  });
+  for (const [axis, sign] of [
+    ["x", 1],
+    ["x", -1],
+    ["z", -1],
+  ] as const) {
+    const watch = new TurnWatch();
+    for (let time = 0; time <= 1000; time += 50)
+      expect(watch.see(time, asked, about(axis, sign * 1e-4 * time))).toBe("");
+    for (let time = 1050; time <= 9000; time += 50)
+      expect(watch.see(time, asked, about(axis, sign * 1e-4 * time))).toMatch(/cannot turn further/); // and it stays said
+  }
+  const slow = new TurnWatch(); // 0.1 degrees per second
+  for (let time = 0; time <= 9000; time += 50)
+    expect(slow.see(time, asked, tip((time * 1e-3 * 0.1) / 57.3)) === "").toBe(time <= 1000);
 });

@@ -8,6 +8,7 @@ const { operator } = require("./holding.js");
 
 const kTurned = 0.03; // rad
 const kLittle = 2e-3; // rad
+const kStuck = /The arm cannot turn further in this direction: ([\d.]+)° are left\./;
 /** Cameras that look against and along the base frame's z axis, about which the arms at home turn their tips fastest. */
 const kFront = 2;
 const kEndoscope = 6;
@@ -166,6 +167,57 @@ module.exports = (tools) => {
       await cut("letting the trigger go", since, /ready|released/);
       await pad.pullOut();
       await pad.forget();
+    },
+
+    async "orientation: where the arm cannot turn further, the panel says so with the angle that is left"() {
+      await look(kFront);
+      assert.ok(await page().locator("#teleop-stuck").isHidden(), "it is said before anything turns");
+      for (let said = false; !said;) {
+        const release = await me().holdKey("KeyI");
+        // On a busy machine the page or control ends a hold: the operator lets go and holds again.
+        const found = await page().waitForFunction(() => {
+          const text = (id) => document.getElementById(id).textContent;
+          if (/cannot turn/.test(text("teleop-stuck"))) return text("teleop-stuck");
+          const ended = /^○ released/.test(text("teleop-held")) || /^stopped/.test(text("teleop-state"));
+          return ended ? "ended" : "";
+        });
+        const text = await found.jsonValue();
+        said = text !== "ended";
+        if (said) {
+          assert.match(text, kStuck);
+          assert.ok(Number(kStuck.exec(text)[1]) > 0.2, text);
+          assert.ok(await page().locator("#teleop-stuck").isVisible());
+          console.log(`    ${text}`);
+        }
+        await release();
+        if (!said) await ready();
+      }
+      await page().waitForSelector("#teleop-stuck", { state: "hidden" });
+    },
+
+    async "tip axis: keys turn it where the deployment says axis, and the panel says what is free"() {
+      await ready();
+      await me().text(
+        "#teleop-orientation",
+        /^Turns the tip axis \(blue\), behind all positions; about it the tip is free\./,
+      );
+      const axis = ([x, y, z, w]) => [2 * (x * z + w * y), 2 * (y * z - w * x), 1 - 2 * (x * x + y * y)];
+      const between = (a, b) => Math.acos(Math.min(1, a[0] * b[0] + a[1] * b[1] + a[2] * b[2]));
+      for (const key of ["KeyJ", "KeyL"]) {
+        await look(kFront);
+        const start = axis(orientation(await now()));
+        let release;
+        const press = async () => (release = await me().holdKey(key));
+        const done = async () => {
+          await robot().until(`turn its axis by ${key}`, (s) => between(start, axis(orientation(s))) > kLittle);
+          await me().text("#teleop-turn", /^tip A [\d.]+° from its commanded orientation/);
+        };
+        await holdingOn(press, key, done, () => release());
+        const since = monotonic();
+        await release();
+        await cut(`letting ${key} go`, since, /ready|released/);
+        await robot().stands("nothing is held", monotonic());
+      }
     },
 
     async "orientation: a hidden page ends a turn"() {

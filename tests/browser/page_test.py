@@ -94,6 +94,9 @@ class Orientation(Operated):
         self.operate("page.js", "teleop", *os.environ.get("TANDEM_SCENES", "orientation").split(),
                      teleoperation="{orientation: full, leash_mm: 1}")
 
+    def test_operators_turn_the_tip_axis(self):
+        self.operate("page.js", "teleop", "axis:", teleoperation="{orientation: axis, leash_mm: 1}")
+
 
 class Catheters(Operated):
     def test_catheters_and_what_they_hold(self):

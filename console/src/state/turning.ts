@@ -62,7 +62,7 @@ export function describeTurn({ commanded, asked }: Turn, name: string | undefine
   return `tip ${name ?? "?"} ${degrees(error)}° from its commanded orientation${more}`;
 }
 
-/** Time after which a tip that lags on its leash is said not to turn, ms, and the angle that counts as turning, rad. */
+/** Time in which a tip that lags on its leash has to turn towards its target, ms, and the angle that it has to, rad. */
 const kStill = 1000;
 const kTurns = 0.2 / 57.3;
 
@@ -72,11 +72,20 @@ interface Orientation {
   z: number;
   w: number;
 }
-const angleBetween = (a: Orientation, b: Orientation): number =>
-  2 * Math.acos(Math.min(1, Math.abs(a.x * b.x + a.y * b.y + a.z * b.z + a.w * b.w)));
+/** Angle by which a rotation from one orientation to another, of less than a quarter turn, is about an axis, rad. */
+function angleAbout(axis: ArrayLike<number>, from: Orientation, to: Orientation): number {
+  const vector = [
+    to.x * from.w - to.w * from.x - to.y * from.z + to.z * from.y,
+    to.y * from.w - to.w * from.y - to.z * from.x + to.x * from.z,
+    to.z * from.w - to.w * from.z - to.x * from.y + to.y * from.x,
+  ];
+  const real = to.x * from.x + to.y * from.y + to.z * from.z + to.w * from.w;
+  const along = vector.reduce((sum, part, k) => sum + part * axis[k]!, 0) / angleOf(axis);
+  return 2 * Math.asin(Math.max(-1, Math.min(1, Math.sign(real) * along)));
+}
 
-/** Whether a tip that is behind its commanded orientation still turns: at home the arms have the rank that the deployment asks for,
- * elsewhere they may lack it. */
+/** Whether a tip that is behind its commanded orientation still turns towards it: at home the arms have the rank that the deployment asks
+ * for, elsewhere they may lack it, and a tip may then turn about another axis without end. */
 export class TurnWatch {
   private from: { at: number; tip: Orientation } | null = null;
   private stuck = false;
@@ -89,10 +98,11 @@ export class TurnWatch {
       return "";
     }
     this.from ??= { at: now, tip };
-    if (angleBetween(this.from.tip, tip) > kTurns) {
+    const turns = angleAbout(turn.commanded, this.from.tip, tip) > kTurns;
+    if (turns || now - this.from.at > kStill) {
+      this.stuck = !turns;
       this.from = { at: now, tip };
-      this.stuck = false;
-    } else if (now - this.from.at > kStill) this.stuck = true;
+    }
     return this.stuck
       ? `The arm cannot turn further in this direction: ${degrees(angleOf(turn.commanded))}° are left.`
       : "";
