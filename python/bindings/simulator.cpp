@@ -74,14 +74,14 @@ class Simulator {
   experiments::SimulatedRobot plant_;
 };
 
-/// @throw py::value_error
-planning::Feedback feedbackFrom(const std::string& name, const sim::PlantOptions& plant) {
+/// @param key  for messages @throw py::value_error
+planning::Feedback feedbackFrom(const std::string& key, const std::string& name, const sim::PlantOptions& plant) {
   if (name == "model")
     return planning::Feedback::kModel;
   if (name != "sensor")
-    throw py::value_error("feedback: found '" + name + "', expected 'model' or 'sensor'");
+    throw py::value_error(key + ": found '" + name + "', expected 'model' or 'sensor'");
   if (!plant.tracker.present)
-    throw py::value_error("feedback: found 'sensor' without a tracker, expected plant={'tracker': {...}}");
+    throw py::value_error(key + ": found 'sensor' without a tracker, expected plant={'tracker': {...}}");
   return planning::Feedback::kSensor;
 }
 
@@ -132,12 +132,14 @@ py::dict run(const Robot& robot,
              double tip_gain,
              const py::dict& plant,
              const std::string& feedback,
+             const std::string& orientation_feedback,
              const py::kwargs& options) {
   config::Robot file = *robot.file;
   file.parameters = parametersFrom(robot, period, options);
   experiments::LoopOptions loop = loopOptions(robot, model, period, plant);
   loop.gains = {relative_gain, tip_gain};
-  loop.feedback = feedbackFrom(feedback, loop.plant);
+  loop.feedback = feedbackFrom("feedback", feedback, loop.plant);
+  loop.orientation_feedback = feedbackFrom("orientation_feedback", orientation_feedback, loop.plant);
   const safety::RobotVector from = start.is_none() ? robot.home() : robot.stack(start, "start");
   const experiments::RunPlan plan{
       {trajectory.spec.name, "start", methodFrom(method)}, trajectory.of(file), robot.split(from)};
@@ -180,11 +182,11 @@ void bindSimulator(py::module_& module) {
   module.def(
       "run", &run, "robot"_a, "trajectory"_a, "method"_a = "nspqp", py::kw_only(), "start"_a = py::none(),
       "model"_a = "rigid", "period"_a = 0.1, "relative_gain"_a = 5.0, "tip_gain"_a = 3.0, "plant"_a = py::dict(),
-      "feedback"_a = "model",
+      "feedback"_a = "model", "orientation_feedback"_a = "model",
       "Runs a trajectory in closed loop with the simulator, as `tandem experiment --offline` does. Returns a dict of "
       "arrays with one row per iteration, and of totals. plant: as for Simulator. feedback: 'sensor' follows the "
-      "plant's "
-      "tracker. Further keywords: those of Controller.");
+      "plant's tracker; orientation_feedback: likewise for tasks of axes and orientations, with feedback='sensor'. "
+      "Further keywords: those of Controller.");
 }
 
 }  // namespace tandem::python

@@ -226,6 +226,20 @@ class Loops(ModuleTest):
         self.assertLess(worst(tandem.run(self.robot, circle, plant=plant, feedback="sensor")), circle.tolerance)
         self.assertGreater(worst(tandem.run(self.robot, circle, plant=plant)), circle.tolerance)
 
+    def test_run_follows_the_tracker_with_orientation_feedback_sensor(self):
+        kept = tandem.Trajectory.parse("tandem: trajectory/1\nname: kept\nshape: {line: {displacement_mm: [0, 10, 5]}}\npoints: 10\n"
+                                       "tasks: [{axis: {arm: a, tolerance_deg: 0.2}}, {tip: a}]\n")
+        plant = {"model": "compliant", "tracker": {"rate_Hz": 10}}
+        start = [self.robot.arm("a").sample(1, seed=0)[0], self.robot.arm("b").sample(1, seed=9)[0]]
+
+        def turned(**feedback):  # of the true axis, which the rigid model does not know, rad
+            joints = tandem.run(self.robot, kept, start=start, plant=plant, feedback="sensor", **feedback)["joints"]
+            first, last = (tandem.Simulator(self.robot, start=joints[row], model="compliant").tips["arm_a"][:3, 2] for row in (0, -1))
+            return np.linalg.norm(np.cross(first, last))
+
+        self.assertGreater(turned(), 0.1)
+        self.assertLess(turned(orientation_feedback="sensor"), 0.02)
+
     def test_plants_and_trajectories_that_are_refused(self):
         for plant, text in (({"frictoin": 1}, "plant:1:.*frictoin: unknown key"),
                             ({"tracker": {"rate_Hz": -1}}, "tracker.rate_Hz: found -1"),
@@ -237,6 +251,10 @@ class Loops(ModuleTest):
         for feedback, text in (("sensor", "without a tracker"), ("eyes", "expected 'model' or 'sensor'")):
             with self.subTest(feedback=feedback), self.assertRaisesRegex(ValueError, text):
                 tandem.run(self.robot, tandem.Trajectory.load("circle"), feedback=feedback)
+        with self.assertRaisesRegex(ValueError, "orientation_feedback: found 'sensor' without a tracker"):
+            tandem.run(self.robot, tandem.Trajectory.load("circle"), orientation_feedback="sensor")
+        with self.assertRaisesRegex(ValueError, "expected feedback: sensor"):
+            tandem.run(self.robot, tandem.Trajectory.load("circle"), plant={"tracker": {"rate_Hz": 10}}, orientation_feedback="sensor")
 
 
 class Plans(ModuleTest):
