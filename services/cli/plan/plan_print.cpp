@@ -63,8 +63,7 @@ void print(const dds::TrajectoryReport& report, std::ostream& out) {
   }
   if (report.planar_start != 0) {
     out << "note: at the start all rotations of an arm move its tip along one line, as where its tubes bend in one "
-           "plane; "
-           "for a motion inward in that plane control first rotates the tubes slightly against each other\n";
+           "plane; for a motion inward in that plane control first rotates the tubes slightly against each other\n";
   }
   for (const dds::PointReport& point : report.points) {
     if (!reached(point))
