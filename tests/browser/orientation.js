@@ -172,7 +172,8 @@ module.exports = (tools) => {
     async "orientation: where the arm cannot turn further, the panel says so with the angle that is left"() {
       await look(kFront);
       assert.ok(await page().locator("#teleop-stuck").isHidden(), "it is said before anything turns");
-      for (let said = false; !said;) {
+      for (let said = false, left = 20; !said; --left) {
+        assert.ok(left > 0, "the arm has been turned for long, and nothing is said");
         const release = await me().holdKey("KeyI");
         // On a busy machine the page or control ends a hold: the operator lets go and holds again.
         const found = await page().waitForFunction(() => {
