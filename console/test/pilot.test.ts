@@ -9,8 +9,11 @@ import { kConditions } from "../src/teleop/gate";
 import { Device, Pilot } from "../src/teleop/pilot";
 import { kGap } from "../src/teleop/repeats";
 import type { Link } from "../src/wire/link";
+import type { TeleopStatus } from "../src/wire/messages";
+import { TeleopState } from "../src/wire/messages";
 
 interface Input {
+  sequence: bigint;
   operator_present: number;
   kind: number;
   frame: number;
@@ -25,12 +28,13 @@ const kView = [0, 0.6, 0, 0.8];
 const kTurned = [0, 0, 0.6, 0.8] as const;
 
 /** A pilot that is armed and may hold, with what it has sent. */
-function armed(turns: boolean): { pilot: Pilot; sent: Input[] } {
+function armed(turns: boolean): { pilot: Pilot; sent: Input[]; answer: (of: Partial<TeleopStatus>) => void } {
   const sent: Input[] = [];
+  let teleop: Partial<TeleopStatus> | null = null;
   const status = { session: 3n, sequence: 40n };
   const pilot = new Pilot(
     { prefix: "tandem", arms: [{}, {}] } as unknown as Robot,
-    { controlStatus: () => status } as unknown as World,
+    { controlStatus: () => status, teleop: { value: () => teleop } } as unknown as World,
     { state: "open", publish: (_: string, message: Input) => sent.push(message) > 0 } as unknown as Link,
     { client: 5n } as unknown as Commander,
     () => {},
@@ -39,7 +43,7 @@ function armed(turns: boolean): { pilot: Pilot; sent: Input[] } {
   pilot.turns = turns;
   pilot.arm(true);
   for (const condition of Object.keys(kConditions) as Condition[]) pilot.gate.allow(condition, true);
-  return { pilot, sent };
+  return { pilot, sent, answer: (of) => (teleop = of) };
 }
 
 beforeEach(() => void vi.useFakeTimers({ toFake: ["setInterval", "clearInterval", "performance"] }));
@@ -93,4 +97,28 @@ test("a gap of its timer ends a hold, and it has to be pressed anew", () => {
   clock.mockRestore();
   pilot.gate.update("KeyU", true); // still down
   expect(pilot.gate.held).toBe(false);
+});
+
+test("a hold that control has stopped ends, and one that was pressed anew does not end by the same status", () => {
+  const { pilot, sent, answer } = armed(false);
+  const stopped = { state: TeleopState.stopped, client: 5n, reason: "no input within the budget" };
+  const held = (): number => {
+    vi.advanceTimersByTime(40);
+    return sent.at(-1)!.operator_present;
+  };
+  pilot.gate.update("KeyU", true);
+  expect(held()).toBe(1);
+  const { sequence } = sent.at(-1)!;
+  answer({ ...stopped, client: 6n, answers_input: sequence });
+  expect(held(), "another client's").toBe(1);
+  answer({ ...stopped, answers_input: 0n });
+  expect(held(), "of a hold before").toBe(1);
+  answer({ ...stopped, answers_input: sequence });
+  expect(held()).toBe(0);
+  expect(pilot.gate.cut).toBe("control has stopped: no input within the budget");
+  pilot.gate.update("KeyU", true); // still down
+  expect(held()).toBe(0);
+  pilot.gate.update("KeyU", false);
+  pilot.gate.update("KeyU", true);
+  expect(held(), "the status is older than this hold").toBe(1);
 });

@@ -5,6 +5,8 @@ import type { Commander } from "../state/commander";
 import type { Robot } from "../state/robot";
 import type { World } from "../state/world";
 import type { Link } from "../wire/link";
+import type { TeleopStatus } from "../wire/messages";
+import { TeleopState } from "../wire/messages";
 import { InputGate } from "./gate";
 import type { Quaternion, Vector } from "./motion";
 import { hung, kGap } from "./repeats";
@@ -42,6 +44,8 @@ export class Pilot {
   sent = 0;
   private ticked = 0;
   private sequence = 0n;
+  /** Sequence of the first input of the present hold. */
+  private heldFrom = 0n;
   private timer: ReturnType<typeof setInterval> | undefined;
   private lastReading: Reading = { device: Device.keyboard, velocity: kNone };
   /** Reads the device that holds the gate. */
@@ -59,7 +63,8 @@ export class Pilot {
     const two = robot.arms.length > 1;
     this.choice = { mode: two ? Mode.pair : Mode.tip, arm: 0, otherArm: two ? 1 : 0, scale: 0.5 };
     this.gate = new InputGate((held) => {
-      if (!held) this.send(); // a release is sent at once, not with the next period
+      if (held) this.heldFrom = this.sequence + 1n;
+      else this.send(); // a release is sent at once, not with the next period
       changed(held);
     });
   }
@@ -84,7 +89,15 @@ export class Pilot {
     const now = performance.now();
     if (now - this.ticked > kGap) this.gate.release(hung(now - this.ticked));
     this.ticked = now;
+    this.endWhereStopped();
     this.send();
+  }
+
+  /** A hold that control has stopped ends here, too: it moves nothing until it is released. */
+  private endWhereStopped(): void {
+    const status = this.world.teleop.value<TeleopStatus>();
+    if (!status || status.state !== TeleopState.stopped || status.client !== this.commander.client) return;
+    if (status.answers_input >= this.heldFrom) this.gate.release(`control has stopped: ${status.reason}`);
   }
 
   private send(): void {
