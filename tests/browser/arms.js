@@ -17,10 +17,11 @@ const kWindows = [
 ];
 /** Cameras that show the arms whole: home, front, side, top. */
 const kWhole = ["1", "2", "3", "4"];
+const kRoom = 25; // px beside a tip, at least, for its next motion
 const kHalfLetter = 5; // px, at least: half of a letter's height
 
 /** Letters and tips that are not in the picture, or under an overlay; letters whose colour is not where they should be. Runs in the page. */
-function unseen([colours, half]) {
+function unseen([colours, half, room]) {
   const view = document.getElementById("view");
   const { left, top } = view.getBoundingClientRect();
   const covers = [...document.querySelectorAll(".cameras > *, .figure:not([hidden]), .rate")];
@@ -40,7 +41,7 @@ function unseen([colours, half]) {
   if (letters.length !== colours.length) wrong.push(`${letters.length} letters`);
   if (tips.length !== colours.length) wrong.push(`${tips.length} tips`);
   letters.forEach((at, k) => look(`letter ${"ABCD"[k]}`, at, half));
-  tips.forEach((at, k) => look(`tip ${"ABCD"[k]}`, at, 1));
+  tips.forEach((at, k) => look(`tip ${"ABCD"[k]}`, at, room));
   const canvas = view.querySelector("canvas");
   const copy = document.createElement("canvas");
   [copy.width, copy.height] = [canvas.width, canvas.height];
@@ -93,7 +94,7 @@ void operated(async ({ setting, server, robot, browser }) => {
   const seen = async (where) => {
     const end = monotonic() + 20000; // a slow machine draws seldom
     for (;;) {
-      const wrong = await me.page.evaluate(unseen, [colours, kHalfLetter]);
+      const wrong = await me.page.evaluate(unseen, [colours, kHalfLetter, kRoom]);
       if (wrong.length === 0) return;
       assert.ok(monotonic() < end, `${where}: ${wrong.join("; ")}`);
       await new Promise((again) => setTimeout(again, 200));

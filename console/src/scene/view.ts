@@ -153,8 +153,9 @@ export class View {
   look(preset: Preset): void {
     this.looked = preset;
     const tips = this.focus();
-    const all = this.arms.flatMap((arm) => arm.extents(this.reach));
     const near = this.arms.map(({ hasTip, tip }) => ({ at: hasTip ? tip : tips, radius: kNearTips }));
+    // With room for what the tips are going to do.
+    const all = [...this.arms.flatMap((arm) => arm.extents(this.reach)), ...near];
     const side = new THREE.Vector3().crossVectors(this.up, this.into).normalize();
     const away = side.clone().negate();
     const fov = (this.camera.fov * Math.PI) / 180;
@@ -169,7 +170,7 @@ export class View {
         from(away.addScaledVector(this.up, 0.55).addScaledVector(this.into, -0.35), all);
         break;
       case "front":
-        from(this.into, [...all, ...near]);
+        from(this.into, all);
         break;
       case "side":
         from(away, all);
