@@ -340,6 +340,7 @@ void stopAndWait(Client& client, const std::string& reason) {
   if (!stopped)
     throw Failure(kFailure,
                   "stop was sent, but the drives do not report standstill; check that `tandem up` is running");
+  client.stop(reason);  // for recordings and pages that were discovered after control and drives
 }
 
 void Motions::releaseLease() noexcept {
