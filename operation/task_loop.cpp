@@ -40,12 +40,13 @@ void TaskLoop::begin() noexcept {
 bool TaskLoop::findTips(planning::teleoperation::TipPlaces& places) noexcept {
   if (!drives_.received() || !tracker_->computeTips(drives_.measured(), result_))
     return false;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(setup_.arms()); ++k) {
-    if (sensor_ && !tips_.tips().arm[k].known)
+  const planning::MeasuredTips* measured = sensor_ ? &tips_.tips() : nullptr;
+  for (int k = 0; k < setup_.arms(); ++k) {
+    if (measured != nullptr && !measured->knows(k))
       return false;
-    const Eigen::Isometry3d& pose = result_.tip[k].pose;  // orientations are always the model's
-    places[k] = {sensor_ ? tips_.tips().arm[k].position : Eigen::Vector3d(pose.translation()),
-                 Eigen::Quaterniond(pose.linear())};
+    const auto i = static_cast<std::size_t>(k);
+    const Eigen::Isometry3d pose = planning::measuredPose(result_.tip[i].pose, measured, k);
+    places[i] = {pose.translation(), Eigen::Quaterniond(pose.linear())};
   }
   return true;
 }

@@ -104,6 +104,11 @@ struct MeasuredTips {
   Feedback orientations = Feedback::kModel;
 
   bool useOrientations() const noexcept { return orientations == Feedback::kSensor; }
+  /// Whether all that tasks use of a tip has been measured.
+  bool knows(int k) const noexcept {
+    const Entry& entry = arm[static_cast<std::size_t>(k)];
+    return entry.known && (!useOrientations() || entry.oriented.known);
+  }
   /// Takes the measurement of a position. An invalid or not finite one changes nothing.
   void take(int k, bool valid, const Eigen::Vector3d& position, std::int64_t stamp, std::uint64_t answers) noexcept {
     Entry& entry = arm[static_cast<std::size_t>(k)];
