@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <pybind11/stl.h>
 
+#include <limits>
+
 #include "config/config.h"
 #include "experiments/closed_loop.h"
 #include "python/bindings/bind.h"
@@ -55,14 +57,20 @@ class Simulator {
     return tips;
   }
 
-  /// Latest valid measurement of the tracker.
+  /// Latest valid measurements of the tracker. Orientations that it does not measure are NaN.
   py::dict measuredTips() const {
     py::dict tips;
     for (int k = 0; k < model_.armCount(); ++k) {
       const auto i = static_cast<std::size_t>(k);
       const planning::MeasuredTips::Entry& measured = plant_.measuredTips().arm[i];
-      if (measured.known)
-        tips[py::str(robot_.file->arms[i].name)] = toArray(measured.position);
+      if (!measured.known)
+        continue;
+      Eigen::Matrix4d pose = Eigen::Matrix4d::Identity();
+      pose.topLeftCorner<3, 3>().setConstant(std::numeric_limits<double>::quiet_NaN());
+      if (measured.oriented.known)
+        pose.topLeftCorner<3, 3>() = measured.orientation.toRotationMatrix();
+      pose.topRightCorner<3, 1>() = measured.position;
+      tips[py::str(robot_.file->arms[i].name)] = toArray(pose);
     }
     return tips;
   }
@@ -171,8 +179,8 @@ void bindSimulator(py::module_& module) {
       .def_property_readonly("tips", &Simulator::tips, "True tip pose by the name of the arm, (4, 4).")
       .def_property_readonly(
           "measured_tips", &Simulator::measuredTips,
-          "Latest position of each tip that the plant's tracker has measured, by the name of the arm, m; without a "
-          "tracker none.")
+          "Latest pose of each tip that the plant's tracker has measured, by the name of the arm, (4, 4); without a "
+          "tracker none. An orientation that it does not measure is NaN.")
       .def_property_readonly(
           "gate_actions", [](const Simulator& s) { return s.plant().gateActions(); },
           "Interventions of the gate so far.")

@@ -51,7 +51,7 @@ def tips(name, plant):
         velocity[turn] = speed
         simulator.step(velocity)
         if name == "tracker":
-            positions.append(simulator.measured_tips["arm_a"])
+            positions.append(simulator.measured_tips["arm_a"][:3, 3])
         elif name == "encoders":
             positions.append(arm.forward(simulator.joints[:2 * arm.tube_count])[:3, 3])
         else:
