@@ -75,7 +75,7 @@ export class Header implements Panel {
     setText(this.link, current.text);
     setAttribute(this.link, "data-state", current.state);
     this.updateArms(live);
-    this.updateLease(now);
+    this.updateLease(live);
     setUsable(this.take, whyNot(this.c, commander.holds ? "release" : "take", now));
     setText(this.take, commander.holds ? kRelease : "Take control");
   }
@@ -106,11 +106,11 @@ export class Header implements Panel {
     });
   }
 
-  private updateLease(now: number): void {
+  private updateLease(live: boolean): void {
     const { commander, world, robot } = this.c;
     const owner = world.controlStatus()?.lease_owner;
     let text = "Control: another client";
-    if (!world.live(now) || owner === undefined) text = "Control: unknown";
+    if (!live || owner === undefined) text = "Control: unknown";
     else if (commander.holds) text = "Control: this page";
     else if (owner === 0n) text = "Control: free";
     else if (owner === kCrtkClients) text = "Control: CRTK clients";

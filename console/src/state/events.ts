@@ -15,6 +15,7 @@ import type { Commander } from "./commander";
 import { faultsOf, shortName, stateName } from "./descriptions";
 import type { Level, Log } from "./log";
 import type { Past } from "./past";
+import { Recent } from "./recent";
 import type { Robot } from "./robot";
 import { isEnd } from "./services";
 import { describeSummary } from "./summary";
@@ -22,6 +23,7 @@ import { describeSummary } from "./summary";
 const kCrtkClients = 2n ** 64n - 1n;
 const kAgain = 1000; // ms after which a repeated stop is a new one
 const kWarning = 30; // rcl_interfaces/Log
+const kMostNames = 500; // of processes, and of requests that may be repetitions
 
 /** "client 1f3a": pages have no other name. */
 export const clientName = (client: bigint): string =>
@@ -43,8 +45,8 @@ export function changesOf(before: ControlStatus, now: ControlStatus, arms: reado
 export class Events {
   private status: ControlStatus | null = null;
   private pressed = false;
-  private readonly names = new Map<bigint, string>();
-  private readonly repeated = new Map<string, number>();
+  private readonly names = new Recent<bigint, string>(kMostNames);
+  private readonly repeated = new Recent<string, number>(kMostNames);
   private shownRun = "";
 
   constructor(
