@@ -388,7 +388,7 @@ std::string Client::nameOfPauser(const Snapshot& snapshot) const {
   const std::uint64_t client = snapshot.status.paused_by;
   if (const auto known = bus_.identityOf(client))
     return runtime::describe(*known);
-  const auto control = snapshot.diagnostics.find("tandem-control");
+  const auto control = snapshot.diagnostics.find(runtime::kControl);
   if (control == snapshot.diagnostics.end())
     return {};
   const auto& values = control->second.values;

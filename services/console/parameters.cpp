@@ -14,8 +14,6 @@
 namespace tandem::console {
 namespace {
 
-constexpr const char* kControl = "tandem-control";
-
 /// The parameter in an entry of control's diagnostics; empty for other entries, and for parameters that are no numbers.
 std::optional<Parameter> parameterIn(const dds::KeyValue& entry) {
   if (entry.key == runtime::kMethodKey)
@@ -36,7 +34,7 @@ std::vector<Parameter> Parameters::onDiagnostics(const dds::DiagnosticArray& dia
   std::vector<Parameter> changed;
   const std::lock_guard lock(mutex_);
   for (const dds::DiagnosticStatus& status : diagnostics.status) {
-    if (status.name != kControl)
+    if (status.name != runtime::kControl)
       continue;
     for (const dds::KeyValue& entry : status.values) {
       const auto found = parameterIn(entry);

@@ -22,6 +22,8 @@ inline constexpr const char* kDroppedKey = "dropped ";
 inline constexpr const char* kMismatchKey = "mismatch ";
 /// Prefix of the keys that name devices that have failed; the value says why. Each is an error of the message, too.
 inline constexpr const char* kFailedKey = "failed ";
+/// Name of control's status in the diagnostics.
+inline constexpr const char* kControl = "tandem-control";
 /// In control's diagnostics, key of the name of the client that has paused the arms: this prefix and the client's id.
 inline constexpr const char* kPausedByKey = "paused_by ";
 /// Prefix of the message with which a service ends; the reason follows.

@@ -15,6 +15,7 @@
 #include "services/cli/plan/plan_print.h"
 #include "services/cli/plan/plan_setup.h"
 #include "services/cli/subcommand.h"
+#include "services/client/diagnostic_details.h"
 #include "services/client/motions.h"
 #include "services/client/run_summary.h"
 #include "services/runtime/diagnostics.h"
@@ -167,16 +168,14 @@ int setMethod(const RobotCommand& options) {
 /// Parameters of the method that control has now. What this client receives was published after its start.
 std::vector<dds::ParameterSetting> settingsOf(const client::Client& client) {
   constexpr double kThere = 5.0;  // s: diagnostics come once a second
-  constexpr const char* kControl = "tandem-control";
-  const std::string_view prefix = runtime::kParameterKey;
-  if (!client.waitFor(kThere, [](const client::Snapshot& s) { return s.diagnostics.contains(kControl); }))
+  if (!client.waitFor(kThere, [](const client::Snapshot& s) { return s.diagnostics.contains(runtime::kControl); }))
     throw Failure(kFailure,
                   fmt::format("control has not published its parameters for {} s; see `tandem status`", kThere));
-  const client::Snapshot snapshot = client.snapshot();
+  const auto details = client::diagnosticDetails(client.snapshot(), runtime::kParameterKey);
   std::vector<dds::ParameterSetting> settings;
-  for (const dds::KeyValue& entry : snapshot.diagnostics.at(kControl).values) {
-    if (entry.key.starts_with(prefix))
-      settings.push_back({entry.key.substr(prefix.size()), entry.value});
+  if (const auto values = details.find(runtime::kControl); values != details.end()) {
+    for (const auto& [name, value] : values->items())
+      settings.push_back({name, value.get<std::string>()});
   }
   return settings;
 }

@@ -100,7 +100,7 @@ nlohmann::ordered_json clearanceJson(const config::Robot& robot, const dds::Clea
 /// Method as control describes it; a foreign method with its name and library.
 std::string methodText(const client::Snapshot& s) {
   const std::string method(control::name(static_cast<control::Method>(s.status.method)));
-  const auto control = s.diagnostics.find("tandem-control");
+  const auto control = s.diagnostics.find(runtime::kControl);
   if (control == s.diagnostics.end())
     return method;
   const auto value = std::ranges::find(control->second.values, runtime::kMethodKey, &dds::KeyValue::key);
