@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "kinematics/rigid_model.h"
+#include "kinematics/tasks/task_kind.h"
 #include "planning/detail/index.h"
 #include "planning/inverse_kinematics.h"
 
@@ -74,8 +75,7 @@ std::vector<safety::RobotVector> InverseKinematics::starts(const PoseProblem& pr
           pose = base * Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()) * base.inverse() * pose;
         }
         double distance = (pose.translation() - target->position).norm();
-        if (target->direction)
-          distance += 0.05 * (pose.linear().col(2) - *target->direction).norm();
+        distance += kinematics::kLengthPerRadian * target->turned(pose);
         if (distance < chosen.back().first)
           chosen.back() = {distance, q};
       }

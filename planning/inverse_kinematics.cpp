@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 
+#include "kinematics/tasks/task_kind.h"
 #include "planning/detail/ik_search.h"
 #include "planning/detail/index.h"
 
@@ -66,7 +68,12 @@ std::string describeLimits(const Arms& arms, const std::vector<ActiveLimit>& lim
 
 }  // namespace
 
-double IkAnswer::largestError() const { return error.empty() ? 0.0 : *std::max_element(error.begin(), error.end()); }
+double IkAnswer::largestError() const {
+  double largest = 0.0;
+  for (std::size_t k = 0; k < error.size(); ++k)
+    largest = std::max({largest, error[k], k < angle.size() ? kinematics::kLengthPerRadian * angle[k] : 0.0});
+  return largest;
+}
 
 InverseKinematics::InverseKinematics(Arms arms, IkOptions options)
     : arms_(std::move(arms)), options_(std::move(options)) {
@@ -93,8 +100,8 @@ bool InverseKinematics::take(Search& search, const PoseProblem& problem, const P
     const kinematics::Tip& tip = point.tips[at(target.arm)];
     answer.error.push_back((tip.pose.translation() - target.position).norm());
     there = there && answer.error.back() <= options_.tolerance;
-    if (target.direction)
-      turned = turned && (tip.pose.linear().col(2) - *target.direction).norm() <= kDirection;
+    answer.angle.push_back(target.turned(tip.pose));
+    turned = turned && answer.angle.back() <= kDirection;
   }
   bool inside = true;
   Reach reach = Reach::kReached;
@@ -246,10 +253,13 @@ void InverseKinematics::explain(Search& search) const {
   best.limits = heldBack(arms_, search.nearest_problem, search.nearest);
   best.reach = search.broken ? *search.broken : best.limits.empty() ? Reach::kOutsideWorkspace : Reach::kLimits;
   for (std::size_t k = 0; k < best.error.size(); ++k) {
-    if (best.error[k] <= options_.tolerance && best.error.size() > 1)
+    const bool turned = best.angle[k] > kDirection;
+    if (best.error[k] <= options_.tolerance && !turned && best.error.size() > 1)
       continue;
-    const std::string far = arms_.label(search.problem.targets[k].arm) + ": " + format("%.3g mm ", 1e3 * best.error[k]);
-    best.reason += (best.reason.empty() ? "" : "; ") + far;
+    best.reason += (best.reason.empty() ? "" : "; ") + arms_.label(search.problem.targets[k].arm) + ": " +
+                   format("%.3g mm ", 1e3 * best.error[k]);
+    if (turned)
+      best.reason += format("and %.3g degrees ", best.angle[k] * 180.0 / std::numbers::pi);
     if (best.reach == Reach::kOutsideWorkspace)
       best.reason += "beyond the edge of the workspace";
     else if (best.reach == Reach::kLimits)
@@ -270,17 +280,19 @@ IkAnswer InverseKinematics::solve(const std::vector<TipTarget>& targets,
   constexpr double kAside = 0.05;                     // rad, out of a plane
   constexpr double kAlmost = 1e-3, kHopeless = 3e-3;  // m
   constexpr int kBatches = 4, kAsides = 3;
+  constexpr double kUnit = 1e-6;
   Search search;
   search.best.q = reference;
   bool valid = reference.size() == arms_.jointCount() && reference.allFinite() && !targets.empty();
   for (const TipTarget& target : targets) {
     valid = valid && target.arm >= 0 && target.arm < arms_.count() && target.position.allFinite() &&
-            (!target.direction || std::abs(target.direction->norm() - 1.0) < 1e-6);
+            (!target.direction || std::abs(target.direction->norm() - 1.0) < kUnit) &&
+            (!target.orientation || std::abs(target.orientation->norm() - 1.0) < kUnit);
   }
   if (!valid) {
     search.best.reason =
-        "expected at least one target, all finite, for arms of the robot and with directions of length 1, and a finite "
-        "reference of all joints";
+        "expected at least one target, all finite, for arms of the robot and with directions and quaternions of length "
+        "1, and a finite reference of all joints";
     return search.best;
   }
   search.problem = {&arms_, targets, reference, branches, false, keep_relative && targets.size() > 1, {}};

@@ -19,7 +19,7 @@ using idl::Reach;
 
 struct IkOptions {
   Demands demands;           ///< none by default
-  double tolerance = 5e-7;   ///< of a tip, m; directions are accurate to 1e-6 rad
+  double tolerance = 5e-7;   ///< of a tip, m; directions and orientations are accurate to 1e-6 rad
   int starts = 12;           ///< besides the reference
   int candidates = 600;      ///< random joints from which the starts are chosen
   int max_iterations = 120;  ///< of Ipopt, per problem
@@ -43,12 +43,14 @@ struct IkAnswer {
   std::vector<kinematics::Branch> branches;
   std::vector<Eigen::Vector3d> tips;      ///< of all arms at q, m
   std::vector<double> error;              ///< distance to each target, m
+  std::vector<double> angle;              ///< TipTarget::turned() of each target, rad; 0 of positions
   std::vector<ActiveLimit> limits;        ///< at the nearest pose
   double stability = 1.0;                 ///< smallest of all arms
   double clearance = safety::kUnlimited;  ///< between arms, m; infinite if not computed
   int starts = 0, iterations = 0;         ///< totals
   std::string reason;                     ///< "arm a: 4.2 mm beyond the edge of the workspace"; empty if reached
 
+  /// m; one radian counts as kinematics::kLengthPerRadian.
   double largestError() const;
 };
 

@@ -17,21 +17,24 @@ constexpr double kRegularisation = 1e-8;  // rho
 constexpr double kRowUnit = 0.1;          // m
 constexpr double kFree = 2e19;            // Ipopt's infinity
 
+/// Rows of a residual with this number of axes: the first one of the next axis.
+Eigen::Index residualRows(std::size_t axes) { return 3 + 3 * static_cast<Eigen::Index>(axes); }
+
 /// r_k and its derivative with respect to the joints of its arm (m, rad).
 void residual(const TipTarget& target, const kinematics::Tip& tip, Eigen::VectorXd& r, Eigen::MatrixXd& by_joints) {
-  const int rows = target.direction ? 6 : 3;
-  const auto joints = tip.jacobian.cols();
+  const std::vector<TipTarget::Axis> axes = target.axes();
+  const auto joints = tip.jacobian.cols(), rows = residualRows(axes.size());
   r.resize(rows);
   by_joints.resize(rows, joints);
   r.head<3>() = (tip.pose.translation() - target.position) / kLengthUnit;
   by_joints.topRows<3>() = tip.jacobian.topRows<3>() / kLengthUnit;
-  if (!target.direction)
-    return;
-  const Vector3d axis = tip.pose.linear().col(2);
-  r.tail<3>() = (axis - *target.direction) / kDirectionUnit;
-  for (Eigen::Index j = 0; j < joints; ++j) {
-    const Vector3d angular = tip.jacobian.col(j).tail<3>();
-    by_joints.col(j).tail<3>() = angular.cross(axis) / kDirectionUnit;
+  for (std::size_t k = 0; k < axes.size(); ++k) {
+    const Vector3d axis = tip.pose.linear().col(axes[k].column);
+    r.segment<3>(residualRows(k)) = (axis - axes[k].desired) / kDirectionUnit;
+    for (Eigen::Index j = 0; j < joints; ++j) {
+      const Vector3d angular = tip.jacobian.col(j).tail<3>();
+      by_joints.col(j).segment<3>(residualRows(k)) = angular.cross(axis) / kDirectionUnit;
+    }
   }
 }
 
@@ -98,14 +101,15 @@ void addTargets(const PoseProblem& problem, PosePoint& point, Rows& rows) {
     const TipTarget& target = problem.targets[k];
     for (int i = 0; i < 3; ++i)
       rows.add({Kind::kTarget, target.arm, i}, r[k][i], spread(arms, target.arm, by[k].row(i)), 0.0, 0.0);
-    if (!target.direction)
-      continue;
-    const Eigen::Matrix3d turn = acrossAndAlong(*target.direction);
-    const Vector3d value = turn * (r[k].tail<3>() + *target.direction / kDirectionUnit);
-    const Eigen::MatrixXd by_turned = turn * by[k].bottomRows<3>();
-    for (int i = 0; i < 3; ++i) {
-      rows.add({Kind::kTarget, target.arm, 3 + i}, value[i], spread(arms, target.arm, by_turned.row(i)), 0.0,
-               i < 2 ? 0.0 : kFree);
+    std::size_t number = 0;
+    for (const TipTarget::Axis& axis : target.axes()) {
+      const Eigen::Index first = residualRows(number++), last = axis.rows.rows() - 1;
+      const Eigen::VectorXd value = axis.rows * (r[k].segment<3>(first) + axis.desired / kDirectionUnit);
+      const Eigen::MatrixXd by_turned = axis.rows * by[k].middleRows<3>(first);
+      for (Eigen::Index i = 0; i <= last; ++i) {
+        rows.add({Kind::kTarget, target.arm, static_cast<int>(first + i)}, value[i],
+                 spread(arms, target.arm, by_turned.row(i)), 0.0, i < last ? 0.0 : kFree);
+      }
     }
   }
 }
@@ -154,6 +158,24 @@ bool addClearances(const PoseProblem& problem, const safety::RobotVector& q, Pos
 }
 
 }  // namespace
+
+std::vector<TipTarget::Axis> TipTarget::axes() const {
+  if (orientation) {
+    const Eigen::Matrix3d to = orientation->toRotationMatrix();
+    Axis x{0, to.col(0), Eigen::Matrix<double, 2, 3>::Zero()};  // z leaves one angle about it
+    x.rows << to.col(1).transpose(), to.col(0).transpose();
+    return {{2, to.col(2), acrossAndAlong(to.col(2))}, x};
+  }
+  if (direction)
+    return {{2, *direction, acrossAndAlong(*direction)}};
+  return {};
+}
+
+double TipTarget::turned(const Eigen::Isometry3d& tool) const {
+  if (orientation)
+    return orientation->angularDistance(Eigen::Quaterniond(tool.linear()));
+  return direction ? 2.0 * std::asin(std::min(1.0, 0.5 * (tool.linear().col(2) - *direction).norm())) : 0.0;
+}
 
 std::string Arms::label(int arm) const {
   const auto k = static_cast<std::size_t>(arm);
@@ -236,15 +258,17 @@ std::vector<Eigen::VectorXd> weights(const PoseProblem& problem, const Eigen::Ve
   std::vector<Eigen::VectorXd> w;
   Eigen::Index next = 0;
   for (const TipTarget& target : problem.targets) {
-    w.push_back(Eigen::VectorXd::Zero(target.direction ? 6 : 3));
+    const std::vector<TipTarget::Axis> axes = target.axes();
+    w.push_back(Eigen::VectorXd::Zero(residualRows(axes.size())));
     if (problem.nearest)
       continue;
     w.back().head<3>() = multipliers.segment<3>(next);
     next += 3;
-    if (!target.direction)
-      continue;
-    w.back().tail<3>() = acrossAndAlong(*target.direction).transpose() * multipliers.segment<3>(next);
-    next += 3;
+    for (std::size_t k = 0; k < axes.size(); ++k) {
+      const Eigen::Index count = axes[k].rows.rows();
+      w.back().segment<3>(residualRows(k)) = axes[k].rows.transpose() * multipliers.segment(next, count);
+      next += count;
+    }
   }
   if (problem.nearest && problem.keep_relative) {
     w[0].head<3>() = multipliers.head<3>();

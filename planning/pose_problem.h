@@ -28,11 +28,24 @@ struct Arms {
 /// Unit of residuals and constraints that are distances, m.
 inline constexpr double kLengthUnit = 0.01;
 
-/** Desired position of a tip, and optionally its direction. */
+/** Desired position of a tip, and optionally its direction or its orientation. */
 struct TipTarget {
   int arm = 0;
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  ///< m, robot base frame
-  std::optional<Eigen::Vector3d> direction;            ///< of the tool's z axis, unit vector, robot base frame
+  std::optional<Eigen::Vector3d> direction = {};       ///< of the tool's z axis, unit vector, robot base frame
+  std::optional<Eigen::Quaterniond> orientation = {};  ///< robot base frame <- tool, unit; includes the direction
+
+  /** A desired axis of the tool. */
+  struct Axis {
+    int column = 2;                                      ///< of the tool's rotation matrix
+    Eigen::Vector3d desired = Eigen::Vector3d::UnitZ();  ///< unit vector, robot base frame
+    /// E' and then d': products with the axis that are zero where it is the desired one, and one that is then positive.
+    Eigen::Matrix<double, Eigen::Dynamic, 3, 0, 3, 3> rows;
+  };
+  /// None; z of a direction; z and x of an orientation.
+  std::vector<Axis> axes() const;
+  /// Angle of the smallest rotation to the direction or orientation, rad; 0 of a position. @param tool  pose of the tool
+  double turned(const Eigen::Isometry3d& tool) const;
 };
 
 /** Demands on a pose in addition to the limits of the joints; absent ones are not checked. */
@@ -45,15 +58,16 @@ struct Demands {
 
 /** One inverse kinematics problem over the joints q of all arms, with z_j = q_j / u_j, u = 0.1 m or 1 rad.
  *
- * Residuals of target k: r_k = [(p_k(q) - t_k) / 10 mm; 5 (a_k(q) - d_k)], the second part if there is a direction.
+ * Residuals of target k: r_k = [(p_k(q) - t_k) / 10 mm; 5 (a_k(q) - d_k)], the second part for the z axis a_k of a
+ * direction, and for z and x of an orientation.
  *
  *     reach:    min  1/2 |z - z_ref|^2                        s.t.  p_k(q) = t_k,  E_k' a_k(q) = 0,  d_k' a_k(q) >= 0
  *     nearest:  min  1/2 sum_k |r_k|^2 + 1/2 rho |z - z_ref|^2
  *     nearest, relative kept:  min 1/2 |r_1|^2 + ...          s.t.  p_1(q) - p_2(q) = t_1 - t_2
  *
  * and all of them  lower <= q <= upper,  |q - q_ref| <= trust,  A q <= b  (equation (1) of Alsaka et al. 2024),
- * stability_i(q) >= sigma, clearance_ij(q) >= c,  port_i(q) >= c_port; E_k spans the plane across d_k, rho = 1e-8 makes
- * the minimum unique. */
+ * stability_i(q) >= sigma, clearance_ij(q) >= c,  port_i(q) >= c_port; E_k spans the plane across d_k, for x of an
+ * orientation the part of it across z; rho = 1e-8 makes the minimum unique. */
 struct PoseProblem {
   const Arms* arms = nullptr;
   std::vector<TipTarget> targets;

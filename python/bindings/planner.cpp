@@ -13,6 +13,23 @@
 namespace tandem::python {
 namespace {
 
+/// @param key  for messages @throw py::value_error unless it is a rigid transformation
+Eigen::Isometry3d poseFrom(const Array& numbers, const std::string& key) {
+  constexpr double kRounding = 1e-3;
+  if (numbers.ndim() != 2 || numbers.shape(0) != 4 || numbers.shape(1) != 4)
+    throw py::value_error(key + ": found another shape, expected (4, 4)");
+  const Eigen::Matrix4d matrix = Eigen::Map<const Eigen::Matrix<double, 4, 4, Eigen::RowMajor>>(numbers.data());
+  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+  const bool rigid = matrix.allFinite() && (rotation * rotation.transpose()).isIdentity(kRounding) &&
+                     rotation.determinant() > 0.0 && matrix.row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1));
+  if (!rigid)
+    throw py::value_error(key + ": found no rigid transformation, expected a rotation, a position (m), and 0, 0, 0, 1");
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
+  pose.translation() = matrix.topRightCorner<3, 1>();
+  return pose;
+}
+
 /** Requirements and search options of one planner, for all its computations. */
 class Planner {
  public:
@@ -38,11 +55,17 @@ class Planner {
       const std::string name = py::cast<std::string>(arm);
       tip.arm = robot_.indexOf(name);
       const Array numbers = py::cast<Array>(target);
-      const bool directed = numbers.ndim() == 1 && numbers.shape(0) == 6;
-      const Eigen::VectorXd values = Rows(numbers, directed ? 6 : 3, "target of " + name)[0];
-      tip.position = values.head<3>();
-      if (directed)
-        tip.direction = values.tail<3>().normalized();
+      if (numbers.ndim() == 2) {
+        const Eigen::Isometry3d pose = poseFrom(numbers, "target of " + name);
+        tip.position = pose.translation();
+        tip.orientation = Eigen::Quaterniond(pose.linear());
+      } else {
+        const bool directed = numbers.ndim() == 1 && numbers.shape(0) == 6;
+        const Eigen::VectorXd values = Rows(numbers, directed ? 6 : 3, "target of " + name)[0];
+        tip.position = values.head<3>();
+        if (directed)
+          tip.direction = values.tail<3>().normalized();
+      }
       tips.push_back(tip);
     }
     if (tips.empty())
@@ -57,6 +80,7 @@ class Planner {
     result["reason"] = answer.reason;
     result["joints"] = toArray(answer.q);
     result["errors"] = answer.error;
+    result["angles"] = answer.angle;
     result["stability"] = answer.stability;
     std::vector<std::string> limits;
     for (const planning::ActiveLimit& limit : answer.limits)
@@ -217,9 +241,11 @@ void bindPlanner(py::module_& module) {
            "starts"_a = 12, "seed"_a = 1,
            "stability, clearance (m): smallest permitted ones, none unless given. The same seed gives the same result.")
       .def("inverse_kinematics", &Planner::ik, "targets"_a, "reference"_a = py::none(),
-           "targets: by the name of the arm a position, (3,), m, or position and direction, (6,). The joints nearest "
-           "to the reference (home unless given) that reach them, or those of the nearest pose: a dict with reach "
-           "('reached', 'limits', 'outside_workspace' ...), reason, joints, errors (m), limits, stability.")
+           "targets: by the name of the arm a position, (3,), m, position and direction, (6,), or a pose, (4, 4). The "
+           "joints nearest to the reference (home unless given) that reach them, or those of the nearest pose: a dict "
+           "with reach ('reached', 'limits', 'outside_workspace' ...), reason, joints, errors (m), angles (rad), "
+           "limits, "
+           "stability.")
       .def(
           "check", &Planner::check, "trajectory"_a, "start"_a = py::none(),
           "Feasibility of a trajectory from a start, point by point: a dict with feasible, start (reason why it is not "

@@ -124,6 +124,14 @@ void ComputationProblem::readTargets() {
         refuse(key + "direction", "a length of " + textOf(direction.norm()), "a finite vector other than zero");
       target.direction = direction.normalized();
     }
+    if (from.has_orientation != 0) {
+      const Eigen::Quaterniond orientation(Eigen::Vector4d::Map(from.orientation.data()));
+      if (target.direction)
+        refuse(key + "orientation", "a direction, too", "one of them");
+      if (!orientation.coeffs().allFinite() || !(orientation.norm() > 1e-9) || orientation.norm() > 1e9)
+        refuse(key + "orientation", "a length of " + textOf(orientation.norm()), "a finite quaternion other than zero");
+      target.orientation = orientation.normalized();
+    }
     targets.push_back(target);
   }
 }

@@ -73,6 +73,7 @@ dds::IkReport reportOf(const planning::IkAnswer& from) {
   for (const Eigen::Vector3d& tip : from.tips)
     to.tips.insert(to.tips.end(), tip.begin(), tip.end());
   to.errors = from.error;
+  to.angles = from.angle;
   for (const planning::ActiveLimit& limit : from.limits)
     to.limits.push_back({static_cast<std::uint8_t>(limit.arm), limit.description, limit.force});
   to.stability = from.stability;

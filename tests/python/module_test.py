@@ -260,13 +260,13 @@ class Loops(ModuleTest):
 class Plans(ModuleTest):
     def test_inverse_kinematics(self):
         planner, arm = tandem.Planner(self.robot), self.robot.arm("a")
-        there = arm.forward(arm.sample(1, seed=SEED)[0])[:3, 3]
-        answer = planner.inverse_kinematics({"a": there})
-        self.assertEqual(answer["reach"], "reached", answer)
-        np.testing.assert_allclose(arm.forward(answer["joints"][:6])[:3, 3], there, atol=1e-6)
+        there = arm.forward(joints := arm.sample(1, seed=SEED)[0])
+        for part, reference in ((np.s_[:3, 3], None), (np.s_[:], [*joints + [0, 0, 0, .01, .01, .01], *self.robot.home[6:]])):
+            answer = planner.inverse_kinematics({"a": there[part]}, reference)
+            self.assertEqual(answer["reach"], "reached", answer)
+            np.testing.assert_allclose(arm.forward(answer["joints"][:6])[part], there[part], atol=1e-5)
         far = planner.inverse_kinematics({"a": [1.0, 0.0, 0.0]})
-        self.assertIn(far["reach"], ("outside_workspace", "limits"))
-        self.assertTrue(far["reason"])
+        self.assertTrue(far["reach"] in ("outside_workspace", "limits") and far["reason"], far)
         self.assertTrue(arm.within_limits(far["joints"][:6], tolerance=1e-9))
 
     def test_check(self):

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /** @file tandem plan: inverse kinematics, checks and timing, in this process or in a running system. */
+#include <fmt/format.h>
+
 #include <cmath>
 #include <fstream>
 #include <iostream>
@@ -127,14 +129,18 @@ int repair(const PlanOptions& options) {
   return isGood(result) ? kOk : kFailure;
 }
 
-/// "a=x,y,z" or "a=x,y,z,dx,dy,dz".
+/// "a=x,y,z", "a=x,y,z,dx,dy,dz" or "a=x,y,z,qx,qy,qz,qw".
 dds::TipTarget targetOf(const std::string& text, const config::Robot& robot) {
   const std::size_t sign = text.find('=');
   if (sign == std::string::npos)
-    throw Failure(kUsage, "--tip: found '" + text + "', expected ARM=x,y,z or ARM=x,y,z,dx,dy,dz");
+    throw Failure(kUsage, "--tip: found '" + text + "', expected ARM=x,y,z[,dx,dy,dz] or ARM=x,y,z,qx,qy,qz,qw");
   const std::string numbers = text.substr(sign + 1);
-  const auto commas = std::count(numbers.begin(), numbers.end(), ',');
-  const Eigen::VectorXd values = numbersOf("--tip", numbers, commas > 2 ? 6 : 3);
+  const auto count = static_cast<int>(std::count(numbers.begin(), numbers.end(), ',')) + 1;
+  if (count != 3 && count != 6 && count != 7)
+    throw Failure(kUsage, fmt::format("--tip: found {} numbers in '{}', expected 3, 6 (x,y,z,dx,dy,dz) or 7 "
+                                      "(x,y,z,qx,qy,qz,qw)",
+                                      count, text));
+  const Eigen::VectorXd values = numbersOf("--tip", numbers, count);
   dds::TipTarget target;
   target.arm = static_cast<std::uint8_t>(&armOf(robot, text.substr(0, sign)) - robot.arms.data());
   Eigen::Vector3d::Map(target.position.data()) = values.head<3>();
@@ -143,6 +149,12 @@ dds::TipTarget targetOf(const std::string& text, const config::Robot& robot) {
     Eigen::Vector3d::Map(target.direction.data()) = values.tail<3>();
   if (values.size() == 6 && !(values.tail<3>().norm() > 0.0))
     throw Failure(kUsage, "--tip: found the direction [0, 0, 0], expected a vector other than zero");
+  target.has_orientation = values.size() == 7 ? 1 : 0;
+  if (values.size() == 7)
+    Eigen::Vector4d::Map(target.orientation.data()) = values.tail<4>();
+  if (values.size() == 7 && !(std::abs(values.tail<4>().norm() - 1.0) < 0.01))
+    throw Failure(kUsage, fmt::format("--tip: found a quaternion qx,qy,qz,qw of length {:.3g}, expected 1",
+                                      values.tail<4>().norm()));
   return target;
 }
 
@@ -153,6 +165,7 @@ Json ikJson(const dds::IkReport& answer, const config::Robot& robot, bool reache
             {"joints", answer.joints},
             {"tips_m", Json::array()},
             {"errors_m", answer.errors},
+            {"angles_rad", answer.angles},
             {"limits", Json::array()},
             {"stability", answer.stability},
             {"clearance_m", clearance ? Json(answer.clearance) : Json()},
@@ -349,7 +362,11 @@ void registerPlan(CLI::App& app, int& exit_code) {
         "limiting constraints",
         ik, "An arm without a --tip stays near its start.");
     common(command, o);
-    command->add_option("--tip", o->tips, "ARM=x,y,z in m, robot base frame; optionally ,dx,dy,dz: tool direction")
+    command
+        ->add_option(
+            "--tip", o->tips,
+            "ARM=x,y,z in m, robot base frame; optionally ,dx,dy,dz: direction of the tool, or ,qx,qy,qz,qw: its "
+            "orientation")
         ->required();
   }
   {

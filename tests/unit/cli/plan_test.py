@@ -59,6 +59,23 @@ class Plan(unittest.TestCase):
                 answers.append(done.stdout)
         self.assertEqual(answers[2:], answers[:2])
 
+    def test_inverse_kinematics_with_an_orientation_is_that_of_fk(self):
+        joints = "-0.1,-0.08,-0.05,0.7,1.1,0.4"
+        fk = subprocess.run([system.executable(), "fk", "--json", "--csv", "-"], input=joints, capture_output=True, text=True,
+                            timeout=60, check=True)
+        tip = "a=" + ",".join(str(json.loads(fk.stdout)[0][key]) for key in ("x", "y", "z", "qx", "qy", "qz", "qw"))
+        other = "-0.1,-0.08,-0.05,0.785,0.785,0.785"
+        answer, report = plan("ik", "--tip", tip, "--joints", f"{joints.replace('0.7', '0.71')},{other}", "--no-clearance", "--json")
+        self.assertEqual(answer.returncode, 0, answer.stderr)
+        self.assertLess(report["angles_rad"][0], 1e-6)
+        for joint, expected in zip(report["joints"], map(float, joints.split(","))):
+            self.assertAlmostEqual(joint, expected, delta=1e-4)
+        for wrong, words in (("a=0,0,0.3,0,0,0,0", "quaternion qx,qy,qz,qw of length 0, expected 1"),
+                             ("a=0,0,0.3,1", "found 4 numbers in 'a=0,0,0.3,1', expected 3, 6"), ("a=0,0,0.3,nan,0,0,1", "--tip")):
+            answer, _ = plan("ik", "--tip", wrong)
+            self.assertEqual(answer.returncode, 2, answer.stderr)
+            self.assertIn(words, answer.stderr)
+
     def test_a_trajectory_that_can_be_run_ends_with_0_and_one_that_cannot_says_where_and_why(self):
         answer, report = plan("check", self.near, "--json")
         self.assertEqual(answer.returncode, 0, answer.stderr)

@@ -66,6 +66,9 @@ inline void expectKept(const Arms& arms, const IkAnswer& answer, const std::vect
     if (target.direction) {
       EXPECT_LT((tip.pose.linear().col(2) - *target.direction).norm(), 1e-5);
     }
+    if (target.orientation) {
+      EXPECT_LT(target.orientation->angularDistance(Eigen::Quaterniond(tip.pose.linear())), 1e-5);
+    }
   }
 }
 

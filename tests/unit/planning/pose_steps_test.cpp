@@ -35,6 +35,8 @@ bool nearProblem(const Pair& robot, Random& random, PoseProblem& problem, safety
         arms.models[arm]->tip(own, branch, tip) != kinematics::ModelStatus::kOk)
       return false;
     problem.targets.push_back({k, tip.pose.translation(), {}});
+    if (random.uniform(0.0, 1.0) < 0.3)
+      problem.targets.back().orientation = Eigen::Quaterniond(tip.pose.linear());
   }
   return true;
 }

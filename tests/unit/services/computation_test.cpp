@@ -78,6 +78,10 @@ TEST(Computation, RefusalsNameTheKeyWhatWasFoundAndWhatWasExpected) {
   } targets[] = {{[](auto& t) { t.arm = 2; }, "targets[0].arm: found 2, expected 0 to 1"},
                  {[](auto& t) { t.position[1] = kNan; }, "targets[0].position"},
                  {[](auto& t) { t.has_direction = 1; }, "targets[0].direction"},
+                 {[](auto& t) { t.orientation[3] = 0.0, t.has_orientation = 1; }, "targets[0].orientation"},
+                 {[](auto& t) { t.orientation[3] = kNan, t.has_orientation = 1; }, "targets[0].orientation"},
+                 {[](auto& t) { t.has_direction = t.has_orientation = 1, t.direction[0] = t.orientation[3] = 1.0; },
+                  "targets[0].orientation: found a direction, too"},
                  {[](auto& t) { t.direction[0] = kNan, t.has_direction = 1; }, "targets[0].direction"}};
   for (const auto& c : targets) {
     ComputationFixture fixture;
