@@ -44,7 +44,8 @@ struct TipTarget {
   };
   /// None; z of a direction; z and x of an orientation.
   std::vector<Axis> axes() const;
-  /// Angle of the smallest rotation to the direction or orientation, rad; 0 of a position. @param tool  pose of the tool
+  /// Angle of the smallest rotation to the direction or orientation, rad; 0 of a position. @param tool  pose of the
+  /// tool
   double turned(const Eigen::Isometry3d& tool) const;
 };
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <numbers>
 #include <stdexcept>
 
 #include "control/obstructing_limits.h"
@@ -82,6 +83,28 @@ double leastClearance(const Arms& arms, const RehearsedPath& path) {
   return least;
 }
 
+/// "orientation of a 2.43 degrees away (tolerance 2), ": of further tasks that a point has missed.
+std::string describeMissed(const TrajectorySpec& spec, const Progress& progress, const std::vector<std::string>& arms) {
+  std::string text;
+  for (std::size_t k = 0; k < spec.further.size(); ++k) {
+    const FurtherTask& task = spec.further[k];
+    if (!(progress.further_error[k] > task.tolerance))
+      continue;
+    TaskReference named;
+    named.kind = task.kind;
+    named.arm = task.arm;
+    named.other_arm = task.other_arm;
+    const bool angle = kinematics::findTaskKind(task.kind)->unit == kinematics::TaskUnit::kRadian;
+    const double scale = angle ? 180.0 / std::numbers::pi : 1e3;
+    std::array<char, 80> amount{};
+    std::snprintf(amount.data(), amount.size(), " %.3g %s away (tolerance %.3g), ", scale * progress.further_error[k],
+                  angle ? "degrees" : "mm", scale * task.tolerance);
+    text += describe(named, arms) + amount.data();
+  }
+  return text;
+}
+
+/// @param detail  of a stall: describeMissed()
 std::string describeEnd(const Rehearsal& rehearsal, control::Method method, bool relative, const std::string& detail) {
   const std::string who(control::name(method));
   const std::string where = " at point " + std::to_string(rehearsal.point);
@@ -91,7 +114,7 @@ std::string describeEnd(const Rehearsal& rehearsal, control::Method method, bool
       std::snprintf(errors.data(), errors.size(),
                     relative ? ", tip %.3g mm and relative position %.3g mm away, " : ", tip %.3g mm away, ",
                     1e3 * rehearsal.tip_error, 1e3 * rehearsal.relative_error);
-      std::string text = who + " stalls" + where + errors.data();
+      std::string text = who + " stalls" + where + errors.data() + detail;
       if (rehearsal.limits.empty())
         return text + "no active limit: the edge of the workspace, or too few iterations for the point";
       text += "limited by ";
@@ -159,7 +182,8 @@ class Run {
         return end(RehearsalEnd::kModel, std::string(kinematics::describe(track_.model)), point);
     }
     judge(point);
-    return end(follower_.progress().phase == Phase::kFinished ? RehearsalEnd::kCompleted : RehearsalEnd::kStalls, {});
+    return end(follower_.progress().phase == Phase::kFinished ? RehearsalEnd::kCompleted : RehearsalEnd::kStalls,
+               missed_);
   }
 
  private:
@@ -174,6 +198,7 @@ class Run {
     result_.point = point;
     result_.tip_error = progress.tip_error;
     result_.relative_error = progress.relative_error;
+    missed_ = describeMissed(follower_.spec(), progress, options_.arms);
     result_.limits = control::obstructingLimits(tracker_.problem(), options_.settings.parameters, options_.arms, true);
   }
 
@@ -197,6 +222,7 @@ class Run {
   Reference reference_;
   TrackResult track_;
   Rehearsal result_;
+  std::string missed_;  ///< further tasks at the first unreached point
   int periods_ = 0;
 };
 

@@ -2,6 +2,7 @@
 /** @file tandem plan: inverse kinematics, checks and timing, in this process or in a running system. */
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <iostream>
@@ -133,26 +134,21 @@ int repair(const PlanOptions& options) {
 dds::TipTarget targetOf(const std::string& text, const config::Robot& robot) {
   const std::size_t sign = text.find('=');
   if (sign == std::string::npos)
-    throw Failure(kUsage, "--tip: found '" + text + "', expected ARM=x,y,z[,dx,dy,dz] or ARM=x,y,z,qx,qy,qz,qw");
+    throw Failure(kUsage, "--tip: found '" + text + "', expected ARM=x,y,z, behind it dx,dy,dz or qx,qy,qz,qw");
   const std::string numbers = text.substr(sign + 1);
   const auto count = static_cast<int>(std::count(numbers.begin(), numbers.end(), ',')) + 1;
   if (count != 3 && count != 6 && count != 7)
-    throw Failure(kUsage, fmt::format("--tip: found {} numbers in '{}', expected 3, 6 (x,y,z,dx,dy,dz) or 7 "
-                                      "(x,y,z,qx,qy,qz,qw)",
-                                      count, text));
+    throw Failure(kUsage, fmt::format("--tip: found {} numbers in '{}', expected 3, 6 or 7", count, text));
   const Eigen::VectorXd values = numbersOf("--tip", numbers, count);
   dds::TipTarget target;
   target.arm = static_cast<std::uint8_t>(&armOf(robot, text.substr(0, sign)) - robot.arms.data());
   Eigen::Vector3d::Map(target.position.data()) = values.head<3>();
-  target.has_direction = values.size() == 6 ? 1 : 0;
-  if (values.size() == 6)
-    Eigen::Vector3d::Map(target.direction.data()) = values.tail<3>();
-  if (values.size() == 6 && !(values.tail<3>().norm() > 0.0))
+  target.has_direction = count == 6 ? 1 : 0;
+  target.has_orientation = count == 7 ? 1 : 0;
+  std::copy(values.begin() + 3, values.end(), count == 6 ? target.direction.data() : target.orientation.data());
+  if (count == 6 && !(values.tail<3>().norm() > 0.0))
     throw Failure(kUsage, "--tip: found the direction [0, 0, 0], expected a vector other than zero");
-  target.has_orientation = values.size() == 7 ? 1 : 0;
-  if (values.size() == 7)
-    Eigen::Vector4d::Map(target.orientation.data()) = values.tail<4>();
-  if (values.size() == 7 && !(std::abs(values.tail<4>().norm() - 1.0) < 0.01))
+  if (count == 7 && !(std::abs(values.tail<4>().norm() - 1.0) < 0.01))
     throw Failure(kUsage, fmt::format("--tip: found a quaternion qx,qy,qz,qw of length {:.3g}, expected 1",
                                       values.tail<4>().norm()));
   return target;

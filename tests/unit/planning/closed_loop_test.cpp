@@ -245,64 +245,6 @@ TEST(ClosedLoop, EveryTaskConvergesWithItsPlanOrIsRefusedWithTheRightReason) {
   EXPECT_LE(20 * n.refuted, n.refused);
 }
 
-/// Each method considers only one step of a task; a rehearsal reports where that fails.
-TEST(ClosedLoop, ARehearsalNamesWhatHoldsTheMethod) {
-  Pair robot("rigid");
-  robot.limits = limitsOf(arkArm(0.0), 5e-3, 1e-3);
-  const safety::RobotVector start = home(robot.both);
-  TrajectorySpec spec;
-  spec.shape = Line{{0.0, 0.0, 0.2}};  // farther than the tubes can be extended
-  spec.point_count = 20;
-  for (const control::Method method : {control::Method::kNspqp, control::Method::kSnsqp}) {
-    RehearsalOptions options;
-    options.settings.method = method;
-    options.arms = {"left", "right"};
-    int shown = 0;
-    options.progress = [&](int, int points) { shown += points == 20 ? 1 : 0; };
-    const Rehearsal run = rehearse(robot.both, spec, start, {}, options);
-    EXPECT_EQ(run.end, RehearsalEnd::kStalls);
-    EXPECT_EQ(name(run.end), "method_stalls");
-    EXPECT_EQ(shown, 20);
-    EXPECT_GT(run.point, 1);
-    EXPECT_EQ(run.converged, run.point - 1);
-    ASSERT_FALSE(run.limits.empty());
-    EXPECT_NE(run.reason.find("front travel limit of tube 1 of arm"), std::string::npos) << run.reason;
-    options.cancelled = [] { return true; };
-    EXPECT_EQ(rehearse(robot.both, spec, start, {}, options).end, RehearsalEnd::kCancelled);
-  }
-}
-
-/// A rehearsal says how near the arms come on the way, also where they would pass through each other.
-TEST(ClosedLoop, ARehearsalSaysHowNearTheArmsCome) {
-  const Pair robot("rigid");
-  const safety::RobotVector start = home(robot.both);
-  kinematics::Tip a, b;
-  ASSERT_EQ(robot.a->tip(start.head(6), a), kinematics::ModelStatus::kOk);
-  ASSERT_EQ(robot.b->tip(start.tail(6), b), kinematics::ModelStatus::kOk);
-  double nearest = safety::kUnlimited;
-  for (const double share : {0.1, 0.5, 1.0}) {
-    TrajectorySpec spec;
-    spec.other_arm = kNoArm;
-    spec.shape = Line{share * (b.pose.translation() - a.pose.translation())};
-    spec.point_count = 20;
-    const Rehearsal run = rehearse(robot.both, spec, start, {}, {});
-    ASSERT_FALSE(run.path.joints.empty()) << run.reason;
-    double least = safety::kUnlimited;
-    for (const RehearsedJoints& at : run.path.joints) {
-      kinematics::Body bodies[2];
-      kinematics::Branch branch;
-      ASSERT_EQ(kinematics::makeBody(*robot.a, at.q.head(6), branch, false, bodies[0]), kinematics::ModelStatus::kOk);
-      ASSERT_EQ(kinematics::makeBody(*robot.b, at.q.tail(6), branch, false, bodies[1]), kinematics::ModelStatus::kOk);
-      least = std::min(least, kinematics::clearance(bodies[0], bodies[1]).distance);
-    }
-    EXPECT_DOUBLE_EQ(run.least_clearance, least);
-    EXPECT_LT(run.least_clearance, nearest) << "the way to the other tip comes nearer the farther it goes";
-    nearest = run.least_clearance;
-  }
-  EXPECT_LT(nearest, 0.0) << "the tips are at one place";
-  EXPECT_EQ(rehearse(robot.one, {}, start.head(6), {}, {}).least_clearance, safety::kUnlimited);
-}
-
 /// One task in closed loop: of a robot with one arm, and of one arm of a pair, whose other arm has no task.
 TEST(ClosedLoop, ATipAloneIsTracked) {
   int feasible = 0;
@@ -342,37 +284,6 @@ TEST(ClosedLoop, ATipAloneIsTracked) {
     }
   }
   EXPECT_GE(feasible, static_cast<int>(cases(12)) / 4);
-}
-
-/// Whatever the number of periods: the start, every stride-th period in order, and the end; never too many, never few
-/// of many.
-TEST(ClosedLoop, ThePathOfARehearsalIsEquallySpacedAndBounded) {
-  for (int periods = 1; periods < 3000; periods += periods < 300 ? 1 : 97) {
-    SCOPED_TRACE(periods);
-    RehearsedPath path;
-    const auto at = [](int period) { return RehearsedJoints{safety::RobotVector::Constant(2, period), period}; };
-    for (int period = 0; period <= periods; ++period)
-      path.add(period, at(period));
-    path.finish(periods, at(periods));
-    ASSERT_LE(path.joints.size(), RehearsedPath::kMost);
-    EXPECT_GE(path.joints.size(),
-              std::min<std::size_t>(static_cast<std::size_t>(periods) + 1, RehearsedPath::kMost / 2));
-    for (std::size_t k = 0; k + 1 < path.joints.size(); ++k)
-      EXPECT_EQ(path.joints[k].point, static_cast<int>(k) * path.stride);
-    EXPECT_EQ(path.joints.back().q, at(periods).q);
-  }
-}
-
-TEST(ClosedLoop, ARehearsalRefusesWhatMakesNoSense) {
-  const Pair robot("rigid");
-  TrajectorySpec spec;
-  spec.shape = Line{{0.0, 0.0, 0.01}};
-  EXPECT_EQ(rehearse(robot.both, spec, safety::RobotVector::Zero(11), {}, {}).end, RehearsalEnd::kInvalid);
-  const auto run = rehearse(robot.both, spec, home(robot.both), {home(robot.both)}, {});
-  EXPECT_EQ(run.end, RehearsalEnd::kInvalid) << "one posture for a hundred points";
-  EXPECT_NE(run.reason.find("found 1"), std::string::npos) << run.reason;
-  spec.other_arm = 3;
-  EXPECT_EQ(rehearse(robot.both, spec, home(robot.both), {}, {}).end, RehearsalEnd::kInvalid);
 }
 
 }  // namespace
