@@ -70,7 +70,9 @@ export class Hold {
     for (const name of ["pointerup", "pointercancel", "pointerleave", "lostpointercapture", "keyup", "blur"])
       button.addEventListener(name, end, options);
     // The event that begins the hold has passed the window already: another one comes from another finger or key.
-    for (const name of ["blur", "pagehide", "contextmenu", "pointerdown"]) window.addEventListener(name, end, options);
+    for (const name of ["pagehide", "contextmenu", "pointerdown"]) window.addEventListener(name, end, options);
+    // A pointer moves the focus to the button: the blur of the element that had it passes the window, too.
+    window.addEventListener("blur", ({ target }) => target === window && this.end(), options);
     window.addEventListener("mousedown", (event) => event.button !== 0 && this.end(), options);
     window.addEventListener(
       "keydown",
