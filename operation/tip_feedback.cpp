@@ -48,7 +48,7 @@ msg::HoldReason TipFeedback::check(const planning::Reference& tasks,
     const auto i = static_cast<std::size_t>(k);
     const bool oriented = with_orientation && tips_.useOrientations();
     const bool invalid = last_.arm_count > k && (last_.valid[i] == 0 || (oriented && !hasOrientation(last_, k)));
-    const bool known = tips_.arm[i].known && (!oriented || tips_.arm[i].oriented.known);
+    const bool known = tips_.knows(k, with_orientation);
     reason = invalid ? HoldReason::kInvalidTips : known ? HoldReason::kStaleTips : HoldReason::kNoTips;
   });
   return reason;

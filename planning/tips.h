@@ -104,10 +104,10 @@ struct MeasuredTips {
   Feedback orientations = Feedback::kModel;
 
   bool useOrientations() const noexcept { return orientations == Feedback::kSensor; }
-  /// Whether all that tasks use of a tip has been measured.
-  bool knows(int k) const noexcept {
+  /// Whether what tasks use of a tip has been measured. @param with_orientation  whether they need its orientation
+  bool knows(int k, bool with_orientation = true) const noexcept {
     const Entry& entry = arm[static_cast<std::size_t>(k)];
-    return entry.known && (!useOrientations() || entry.oriented.known);
+    return entry.known && (!with_orientation || !useOrientations() || entry.oriented.known);
   }
   /// Takes the measurement of a position. An invalid or not finite one changes nothing.
   void take(int k, bool valid, const Eigen::Vector3d& position, std::int64_t stamp, std::uint64_t answers) noexcept {
