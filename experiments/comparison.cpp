@@ -7,6 +7,7 @@
 
 #include "config/arm_names.h"
 #include "experiments/detail/format.h"
+#include "planning/report_unit.h"
 
 namespace tandem::experiments {
 namespace {
@@ -77,7 +78,7 @@ std::string formatFurther(std::span<const RunSummary> runs, const config::Robot&
   std::string text;
   for (const RunSummary& run : runs) {
     for (const auto& [task, errors] : run.further) {
-      const ReportUnit unit = reportUnit(task.kind);
+      const planning::ReportUnit unit = planning::reportUnit(task.kind);
       text +=
           format("%s: %s: mean %.3f, RMS %.3f, maximum %.3f %s\n", run.key.name().c_str(), describe(task, arms).c_str(),
                  unit.per_si * errors.mean, unit.per_si * errors.rms, unit.per_si * errors.max, unit.name);

@@ -5,6 +5,7 @@
 
 #include "experiments/detail/format.h"
 #include "experiments/montecarlo.h"
+#include "planning/report_unit.h"
 
 namespace tandem::experiments {
 namespace {
@@ -58,7 +59,7 @@ std::string trackingLine(const MethodSummary& row) {
 }
 
 std::string furtherLine(const MethodSummary& row) {
-  const ReportUnit unit = reportUnit(row.further);
+  const planning::ReportUnit unit = planning::reportUnit(row.further);
   const auto& e = row.further_error;
   return format("%s: error of %s, RMS of a run, %s, p50 p90 p99: %.3f %.3f %.3f\n",
                 std::string(control::name(row.method)).c_str(),

@@ -45,14 +45,6 @@ const planning::TaskReference* taskOf(const planning::Reference& reference, plan
   return nullptr;
 }
 
-ReportUnit reportUnit(planning::TaskKind kind) {
-  const kinematics::TaskKindEntry* entry = kinematics::findTaskKind(kind);
-  if (entry != nullptr && entry->unit == kinematics::TaskUnit::kNone)
-    return {1.0, "stability"};
-  return entry != nullptr && entry->unit == kinematics::TaskUnit::kRadian ? ReportUnit{180.0 / M_PI, "deg"}
-                                                                          : ReportUnit{1e3, "mm"};
-}
-
 bool isFurther(planning::TaskKind kind) {
   return kind != planning::TaskKind::kRelativePosition && kind != planning::TaskKind::kTipPosition;
 }

@@ -79,13 +79,6 @@ struct StepData {
   std::uint64_t gate_actions = 0;  ///< interventions of the gate in this step
 };
 
-/** Unit in which reports state the errors of a kind. */
-struct ReportUnit {
-  double per_si;     ///< of it per m, rad or 1
-  const char* name;  ///< "mm", "deg", "stability"
-};
-ReportUnit reportUnit(planning::TaskKind kind);
-
 /// Whether a kind is neither the tip nor the relative position.
 bool isFurther(planning::TaskKind kind);
 

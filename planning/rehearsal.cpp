@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <numbers>
 #include <stdexcept>
 
 #include "control/obstructing_limits.h"
@@ -13,6 +12,7 @@
 #include "planning/follower.h"
 #include "planning/insertion.h"
 #include "planning/reference_tracker.h"
+#include "planning/report_unit.h"
 #include "safety/gate.h"
 
 namespace tandem::planning {
@@ -83,7 +83,7 @@ double leastClearance(const Arms& arms, const RehearsedPath& path) {
   return least;
 }
 
-/// "orientation of a 2.43 degrees away (tolerance 2), ": of further tasks that a point has missed.
+/// "orientation of a 2.43 deg away (tolerance 2), ": of further tasks that a point has missed.
 std::string describeMissed(const TrajectorySpec& spec, const Progress& progress, const std::vector<std::string>& arms) {
   std::string text;
   for (std::size_t k = 0; k < spec.further.size(); ++k) {
@@ -94,11 +94,10 @@ std::string describeMissed(const TrajectorySpec& spec, const Progress& progress,
     named.kind = task.kind;
     named.arm = task.arm;
     named.other_arm = task.other_arm;
-    const bool angle = kinematics::findTaskKind(task.kind)->unit == kinematics::TaskUnit::kRadian;
-    const double scale = angle ? 180.0 / std::numbers::pi : 1e3;
+    const ReportUnit unit = reportUnit(task.kind);
     std::array<char, 80> amount{};
-    std::snprintf(amount.data(), amount.size(), " %.3g %s away (tolerance %.3g), ", scale * progress.further_error[k],
-                  angle ? "degrees" : "mm", scale * task.tolerance);
+    std::snprintf(amount.data(), amount.size(), " %.3g %s away (tolerance %.3g), ",
+                  unit.per_si * progress.further_error[k], unit.name, unit.per_si * task.tolerance);
     text += describe(named, arms) + amount.data();
   }
   return text;

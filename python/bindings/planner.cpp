@@ -244,8 +244,7 @@ void bindPlanner(py::module_& module) {
            "targets: by the name of the arm a position, (3,), m, position and direction, (6,), or a pose, (4, 4). The "
            "joints nearest to the reference (home unless given) that reach them, or those of the nearest pose: a dict "
            "with reach ('reached', 'limits', 'outside_workspace' ...), reason, joints, errors (m), angles (rad), "
-           "limits, "
-           "stability.")
+           "limits, stability.")
       .def(
           "check", &Planner::check, "trajectory"_a, "start"_a = py::none(),
           "Feasibility of a trajectory from a start, point by point: a dict with feasible, start (reason why it is not "

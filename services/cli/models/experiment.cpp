@@ -15,6 +15,7 @@
 #include "experiments/comparison.h"
 #include "experiments/csv.h"
 #include "experiments/montecarlo.h"
+#include "planning/report_unit.h"
 #include "robots/capability.h"
 #include "services/cli/deployment/domain.h"
 #include "services/cli/deployment/supervisor.h"
@@ -131,7 +132,7 @@ nlohmann::ordered_json furtherJson(const std::vector<experiments::RunSummary>& r
   nlohmann::ordered_json json = nlohmann::ordered_json::array();
   for (const experiments::RunSummary& run : runs) {
     for (const auto& [task, errors] : run.further) {
-      const auto [per_si, unit] = experiments::reportUnit(task.kind);
+      const auto [per_si, unit] = planning::reportUnit(task.kind);
       json.push_back({{"run", run.key.name()},
                       {"task", describe(task, config::shortArmNames(robot))},
                       {std::string("mean_") + unit, per_si * errors.mean},

@@ -13,6 +13,7 @@
 #include "config/robot_files.h"
 #include "control/method_names.h"
 #include "experiments/montecarlo.h"
+#include "planning/report_unit.h"
 #include "robots/capability.h"
 #include "services/cli/legend.h"
 #include "services/cli/models/figure.h"
@@ -226,7 +227,7 @@ nlohmann::ordered_json monteCarloJson(const std::vector<ex::MethodSummary>& rows
     line["snap_distance_mm"] = 1e3 * row.snap_distance;
     line["runs_with_contact"] = row.contacts;
     if (row.further != planning::TaskKind::kNone) {
-      const auto [per_si, unit] = ex::reportUnit(row.further);
+      const auto [per_si, unit] = planning::reportUnit(row.further);
       line["further"] = kinematics::findTaskKind(row.further)->name;
       line[std::string("rms_further_") + unit] = percentiles(row.further_error, per_si);
     }

@@ -59,8 +59,27 @@ TEST(Rehearsal, NamesTheFurtherTaskThatIsMissed) {
   const Rehearsal run = rehearse(robot.both, spec, home(robot.both), {}, options);
   ASSERT_EQ(run.end, RehearsalEnd::kStalls) << run.reason;
   EXPECT_LT(run.tip_error, spec.tolerance);
-  EXPECT_TRUE(std::regex_search(run.reason, std::regex(R"(orientation of left [\d.]+ degrees away \(tolerance 2\), )")))
+  EXPECT_TRUE(std::regex_search(run.reason, std::regex(R"(orientation of left [\d.]+ deg away \(tolerance 2\), )")))
       << run.reason;
+}
+
+/// A stability has no unit of length.
+TEST(Rehearsal, NamesTheStabilityThatIsMissed) {
+  const Pair robot("compliant");
+  TrajectorySpec spec;
+  spec.shape = Line{{0.0, 0.0, 2e-3}};
+  spec.point_count = 2;
+  FurtherTask stability;
+  stability.kind = TaskKind::kElasticStability;
+  stability.priority = 2;
+  stability.target = {2.0, 0.0, 0.0};  // more than any arm has
+  stability.tolerance = 1e-3;
+  spec.further = {stability};
+  RehearsalOptions options;
+  options.arms = {"left", "right"};
+  const Rehearsal run = rehearse(robot.both, spec, home(robot.both), {}, options);
+  ASSERT_EQ(run.end, RehearsalEnd::kStalls) << run.reason;
+  EXPECT_NE(run.reason.find(" stability away (tolerance 0.001), "), std::string::npos) << run.reason;
 }
 
 /// A rehearsal says how near the arms come on the way, also where they would pass through each other.
@@ -124,5 +143,6 @@ TEST(Rehearsal, RefusesWhatMakesNoSense) {
   spec.other_arm = 3;
   EXPECT_EQ(rehearse(robot.both, spec, home(robot.both), {}, {}).end, RehearsalEnd::kInvalid);
 }
+
 }  // namespace
 }  // namespace tandem::test
